@@ -1,0 +1,63 @@
+# Every target sets up what it needs in a virtual environment. Another Python: make PYTHON=python3.12 test
+PYTHON ?= python3
+VENV ?= .venv
+
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint bench docs constraints clean
+
+BIN := $(VENV)/bin
+RUNTIME := $(VENV)/.installed-runtime
+DEV := $(VENV)/.installed-dev
+
+# $(call install,PYTHON,ARGUMENTS): pip, told as the names of the packages as they come; all it says when it fails
+install = $(1) -m pip install $(2) 2> $(1)-pip.log \
+  | awk '/^Collecting/ {sub(/[^A-Za-z0-9_.-].*/, "", $$2); printf " %s", $$2; fflush()} END {print ""}' \
+  || { cat $(1)-pip.log >&2; exit 1; }
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' Makefile
+
+demo: $(RUNTIME) ## monitor a simulated arm while it is touched
+	@$(BIN)/tactful demo
+
+test: $(DEV) ## run the tests
+	@$(BIN)/python -m pytest -q
+
+lint: $(DEV) ## check style, types and the direction of imports
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+
+bench: $(DEV) ## measure speed against the stated bounds
+	@$(BIN)/python -m benchmarks
+
+docs: $(DEV) ## build the site in build/site
+	@$(BIN)/mkdocs build --strict --quiet
+	@echo "docs: build/site/index.html"
+
+constraints: ## resolve all extras anew and pin them (run it with the oldest supported Python)
+	@rm -rf build/constraints && $(PYTHON) -m venv build/constraints
+	@printf "resolving:"; $(call install,build/constraints/bin/python,-e ".[dev]")
+	@build/constraints/bin/python -m pip freeze --exclude tactful --exclude-editable > constraints.txt
+	@echo "constraints.txt: $$(wc -l < constraints.txt) pins"
+
+clean: ## remove the environment and everything built
+	rm -rf $(VENV) build dist .hypothesis .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "Tactful needs Python 3.11 or newer; $(PYTHON) is: $$($(PYTHON) --version 2>&1 || true). Try: make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV)
+
+$(RUNTIME): pyproject.toml constraints.txt | $(BIN)/python
+	@printf "installing into $(VENV):"; $(call install,$(BIN)/python,-c constraints.txt -e ".[all]")
+	@touch $@
+
+$(DEV): pyproject.toml constraints.txt | $(BIN)/python
+	@printf "installing into $(VENV):"; $(call install,$(BIN)/python,-c constraints.txt -e ".[dev]")
+	@touch $(RUNTIME) $@

@@ -1,0 +1,5 @@
+import sys
+
+from tactful.cli._app import main
+
+sys.exit(main())
