@@ -6,7 +6,7 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint bench docs constraints clean
+.PHONY: help demo test lint format bench docs constraints clean
 
 BIN := $(VENV)/bin
 RUNTIME := $(VENV)/.installed-runtime
@@ -31,6 +31,10 @@ lint: $(DEV) ## check style, types and the direction of imports
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
+
+format: $(DEV) ## mend what the linter can mend
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
 
 bench: $(DEV) ## measure speed against the stated bounds
 	@$(BIN)/python -m benchmarks

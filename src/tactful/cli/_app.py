@@ -5,7 +5,7 @@ import pkgutil
 import sys
 from collections.abc import Sequence
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Parameter
 
 import tactful.cli
 from tactful import __version__
@@ -21,6 +21,7 @@ app = App(
     name="tactful",
     help="Tell from its joint sensors that a robot arm is touched: since when, how hard, and what the touch is.",
     version=__version__,
+    default_parameter=Parameter(negative=()),
     suppress_keyboard_interrupt=False,
     result_action="return_int_as_exit_code_else_zero",
 )
@@ -42,6 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = sys.argv[1:] if arguments is None else list(arguments)
     try:
+        if not words or words[0] in app.help_flags:
+            app.resolved_commands()  # the list of verbs shows the first line of each one's help
         code: int = app(words, exit_on_error=False, print_error=False)
         sys.stdout.flush()
         return code
