@@ -39,6 +39,7 @@ format: $(DEV) ## mend what the linter can mend
 bench: $(DEV) ## measure speed against the stated bounds
 	@$(BIN)/python -m benchmarks
 
+docs: export NO_MKDOCS_2_WARNING := 1
 docs: $(DEV) ## build the site in build/site
 	@$(BIN)/mkdocs build --strict --quiet
 	@echo "docs: build/site/index.html"
