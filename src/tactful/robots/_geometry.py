@@ -73,21 +73,22 @@ def rotation_from_rpy(rpy: ArrayLike) -> Array:
     Entries below 1e-15 are set to zero, so that quarter turns are exact.
     """
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    rotation = np.array(
+    rotation: Array = np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
             [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
             [-sp, cp * sr, cp * cr],
         ]
     )
-    return np.where(np.abs(rotation) < 1e-15, 0.0, rotation)
+    rotation[np.abs(rotation) < 1e-15] = 0.0
+    return rotation
 
 
 def rotation_about(axis: Array, angle: float) -> Array:
     """Rotation by `angle` [rad] about the unit vector `axis` (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
 
 
 def rotation_from_quaternion(wxyz: ArrayLike) -> Array:

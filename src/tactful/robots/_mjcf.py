@@ -18,7 +18,9 @@ def to_mjcf(robot: Robot) -> str:
     root = ET.Element("mujoco", model=robot.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="false", inertiafromgeom="false")
     ET.SubElement(root, "option", gravity=_numbers(robot.gravity))
-    body = ET.SubElement(root, "worldbody")
+    body = ET.SubElement(ET.SubElement(root, "worldbody"), "body")
+    if "base" not in robot.link_names:
+        body.set("name", "base")
     _attach(body, robot, -1)
     for i in range(robot.n):
         body = ET.SubElement(
@@ -69,7 +71,8 @@ def _attach(body: ET.Element, robot: Robot, link: int) -> None:
                 if np.array_equal(capsule.p0_m, capsule.p1_m)
                 else {"type": "capsule", "fromto": _numbers([*capsule.p0_m, *capsule.p1_m])}
             )
-            ET.SubElement(body, "geom", {**shape, "size": _numbers(capsule.radius_m), "mass": "0", "group": "3"})
+            look = {"contype": "0", "group": "3", "mass": "0"}  # meets other geoms (conaffinity 1) but not itself
+            ET.SubElement(body, "geom", {**shape, "size": _numbers(capsule.radius_m), **look})
 
 
 def _numbers(values: ArrayLike) -> str:
