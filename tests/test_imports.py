@@ -19,7 +19,7 @@ def modules_after(code: str) -> set[str]:
 
 
 def test_import_is_light() -> None:
-    """A program that imports Tactful pays for what it uses only: no compiler and not even numpy before the first name."""
+    """A program that imports Tactful pays for what it uses only: neither numba nor numpy before the first name."""
     assert not modules_after("import tactful") & {*EXTRAS, "numba", "numpy", "pydantic", "scipy"}
 
 
