@@ -14,8 +14,8 @@ HEAD = f"""\
 # Command line
 
 Exit codes: 0 after a clean run; 1 after a run that reached its end but degraded, because samples were missing or
-unusable; 2 for bad input, told in one line on stderr. `tactful --install-completion` teaches the shell to complete verbs
-and options.
+unusable; 2 for bad input, told in one line on stderr. `tactful --install-completion` teaches the shell to complete
+verbs and options.
 
 This page shows the help of every command and is written by `{COMMAND}`.
 """
