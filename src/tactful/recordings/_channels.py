@@ -72,7 +72,5 @@ def joints_of(name: str, n_columns: int, path: str | None = None) -> int | None:
         return None
     if n_columns == 0 or (width == "6n" and n_columns % 6):
         needs = "a multiple of 6, row-major" if width == "6n" else "at least one"
-        raise RecordingError(
-            f"channel {name!r} has {n_columns} columns, expected {needs}", path=path, channel=name
-        )
+        raise RecordingError(f"channel {name!r} has {n_columns} columns, expected {needs}", path=path, channel=name)
     return n_columns // 6 if width == "6n" else n_columns

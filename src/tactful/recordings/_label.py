@@ -30,10 +30,11 @@ class Label:
     link: int | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.kind, str) or not self.kind.strip():
+        kind: object = self.kind
+        if not isinstance(kind, str) or not kind.strip():
             raise RecordingError(f"a label needs a kind, got {self.kind!r}: name it, as in 'collision'")
         for name in ("start_s", "end_s"):
-            value = getattr(self, name)
+            value: object = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise RecordingError(f"label {self.kind!r}: {name} is {value!r}, expected a finite number [s]")
             object.__setattr__(self, name, float(value))
@@ -41,8 +42,9 @@ class Label:
             raise RecordingError(
                 f"label {self.kind!r} ends at {self.end_s:g} s, before it begins at {self.start_s:g} s: swap them"
             )
-        if self.link is not None and (isinstance(self.link, bool) or not isinstance(self.link, int) or self.link < 0):
-            raise RecordingError(f"label {self.kind!r}: link is {self.link!r}, expected an index from 0 or none")
+        link: object = self.link
+        if link is not None and (isinstance(link, bool) or not isinstance(link, int) or link < 0):
+            raise RecordingError(f"label {self.kind!r}: link is {link!r}, expected an index from 0 or none")
 
     @classmethod
     def from_dict(cls, data: object) -> Label:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
@@ -175,24 +176,24 @@ class Layout(_Part):
         for name, channel in self.channels.items():
             sources = _sources(table, channel.columns)
             joints_of(name, len(sources), str(table.path))
-            units = _each(channel.unit, len(sources), name, "unit", table)
+            units = _each(channel.unit or "", len(sources), name, "unit", table)
             scales = _each(channel.scale, len(sources), name, "scale", table)
             result.channels[name] = [
-                Source(source.column, scale * (1.0 if unit is None else UNITS[name][unit]), source.component)
+                Source(source.column, scale * (UNITS[name][unit] if unit else 1.0), source.component)
                 for source, unit, scale in zip(sources, units, scales, strict=True)
             ]
         result.labels = [LabelSource(_name(table, label.column), label.kind) for label in self.labels]
         return result
 
 
-def load(mapping: str | Path | Layout) -> Layout:
-    """A layout from a TOML file, or one that comes with the package, by name.
+def load(mapping: str | Path | Mapping[str, Any]) -> Layout:
+    """A layout from a TOML file, from the same as a dict, or one that comes with the package, by name.
 
     Raises:
         RecordingError: no such file or name, no TOML, or a key or value that is not allowed.
     """
-    if isinstance(mapping, Layout):
-        return mapping
+    if isinstance(mapping, Mapping):
+        return _validated(dict(mapping), Path("mapping"))
     for layout in builtin():
         if layout.name == str(mapping):
             return layout
@@ -202,7 +203,9 @@ def load(mapping: str | Path | Layout) -> Layout:
     except (OSError, ValueError) as error:
         names = ", ".join(layout.name for layout in builtin())
         why = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise RecordingError(f"the mapping cannot be read ({why}): give a TOML file or one of {names}", path=path) from None
+        raise RecordingError(
+            f"the mapping cannot be read ({why}): give a TOML file or one of {names}", path=path
+        ) from None
     return parse(text, path)
 
 
@@ -212,6 +215,10 @@ def parse(text: str, path: Path) -> Layout:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise RecordingError(f"the mapping is no TOML: {error}", path=path) from None
+    return _validated(data, path)
+
+
+def _validated(data: dict[str, Any], path: Path) -> Layout:
     stem = re.sub(r"[^a-z0-9_-]+", "-", path.stem.lower()).strip("-_") or "mapping"
     try:
         return Layout.model_validate({"name": stem, **data})
@@ -237,7 +244,9 @@ def _name(table: Table, column: str | int) -> str:
     if isinstance(column, int):
         if column >= len(table.names):
             raise RecordingError(
-                f"there is no column {column}: it has {len(table.names)}, counted from 0", path=table.path, column=column
+                f"there is no column {column}: it has {len(table.names)}, counted from 0",
+                path=table.path,
+                column=column,
             )
         return table.names[column]
     if column not in table.names:
@@ -256,7 +265,7 @@ def _sources(table: Table, columns: str | list[Column] | Range) -> list[Source]:
     before, after = columns.split("{i}", 1)
     names = set(table.names)
     first = 0 if f"{before}0{after}" in names else 1
-    found = []
+    found: list[Source] = []
     while (name := f"{before}{first + len(found)}{after}") in names:
         found.append(Source(name))
     if not found:
@@ -292,6 +301,11 @@ def _explain(error: ValidationError) -> str:
 
 
 def _keys(loc: tuple[int | str, ...]) -> list[str]:
-    parts: dict[str, type[_Part]] = {"time": TimeColumn, "channels": ChannelColumns, "labels": LabelColumn, "match": Match}
+    parts: dict[str, type[_Part]] = {
+        "time": TimeColumn,
+        "channels": ChannelColumns,
+        "labels": LabelColumn,
+        "match": Match,
+    }
     model = Range if "Range" in loc else parts.get(str(loc[0]), Layout) if loc else Layout
     return list(model.model_fields)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +16,8 @@ from tactful.recordings._recording import Recording
 from tactful.recordings._table import Table, damaged
 from tactful.recordings._units import judge_positions, judge_time
 
-if TYPE_CHECKING:
-    from tactful.recordings._layout import Layout
 
-
-def read(path: str | Path, mapping: str | Path | Layout | None = None) -> Recording:
+def read(path: str | Path, mapping: str | Path | Mapping[str, Any] | None = None) -> Recording:
     """See `Recording.read`."""
     return _build(_open(Path(path)), mapping)
 
@@ -46,7 +44,7 @@ def _open(path: Path) -> Table:
     return table
 
 
-def _build(table: Table, mapping: str | Path | Layout | None) -> Recording:
+def _build(table: Table, mapping: str | Path | Mapping[str, Any] | None) -> Recording:
     from tactful.recordings import _labels_file, _layout
 
     layout = _layout.find(table) if mapping is None else _layout.load(mapping)

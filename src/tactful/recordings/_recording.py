@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,9 +16,6 @@ from tactful.recordings._channels import check_name, joints_of
 from tactful.recordings._errors import RecordingError
 from tactful.recordings._label import Label
 from tactful.recordings._quality import Quality
-
-if TYPE_CHECKING:
-    from tactful.recordings._layout import Layout
 
 Array = NDArray[np.float64]
 
@@ -77,8 +74,9 @@ class Recording:
             counts = ", ".join(f"{name} {n}" for name, n in joints.items())
             raise RecordingError(f"channels disagree on the number of joints: {counts}; give all of them", path=place)
         labels = tuple(self.labels)
-        if wrong := [label for label in labels if not isinstance(label, Label)]:
-            raise RecordingError(f"labels holds {wrong[0]!r:.60}, expected Label objects", path=place)
+        for label in cast("tuple[object, ...]", labels):
+            if not isinstance(label, Label):
+                raise RecordingError(f"labels holds {label!r:.60}, expected Label objects", path=place)
         for name, value in (("t", t), ("channels", MappingProxyType(channels)), ("labels", labels)):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "notes", tuple(str(note) for note in self.notes))
@@ -150,7 +148,9 @@ class Recording:
         """
         rows = (self.t >= start_s) & (self.t < end_s)
         if not rows.any():
-            span = f"{np.nanmin(self.t):g} to {np.nanmax(self.t):g} s" if np.isfinite(self.t).any() else "no finite time"
+            span = (
+                f"{np.nanmin(self.t):g} to {np.nanmax(self.t):g} s" if np.isfinite(self.t).any() else "no finite time"
+            )
             raise RecordingError(
                 f"no rows from {start_s:g} to {end_s:g} s: the recording holds {span}", path=self.source or None
             )
@@ -172,13 +172,14 @@ class Recording:
         return replace(self, channels={name: values for name, values in channels.items() if values is not None})
 
     @classmethod
-    def read(cls, path: str | Path, *, mapping: str | Path | Layout | None = None) -> Recording:
+    def read(cls, path: str | Path, *, mapping: str | Path | Mapping[str, Any] | None = None) -> Recording:
         """Read a recording; what the file is, is found by looking into it.
 
         Args:
             path: CSV (also `;`, tab or blanks between the cells, also gzipped), Parquet, NPZ or JSON.
             mapping: how its columns become channels, where they have other names: a TOML file, the name of a layout
-                that comes with the package, or a `Layout`.
+                that comes with the package, or the same
+                as a dict.
 
         Raises:
             RecordingError: the file is missing, torn, not a recording, or its columns cannot be understood.

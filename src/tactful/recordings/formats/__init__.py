@@ -1,7 +1,7 @@
 """One file a format; each is found by name.
 
-A format module offers `matches(head)`, which looks at the first bytes of a file, and `open_table(path)`, which gives its
-columns. One that can also write offers `SUFFIX` and `save(recording, path)`, which writes the file it is given.
+A format module offers `matches(head)`, which looks at the first bytes of a file, and `open_table(path)`, which gives
+its columns. One that can also write offers `SUFFIX` and `save(recording, path)`, which writes the file it is given.
 Adding a format is adding a file here.
 """
 

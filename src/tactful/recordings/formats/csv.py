@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tactful.recordings._recording import Recording
 
 SUFFIX = ".csv"
+NO_LINE_END = "the last line has no line end: its last number may be cut"
 
 
 def matches(head: bytes) -> bool:
@@ -36,7 +37,6 @@ def open_table(path: Path) -> Table:
     """
     text = _text(path)
     head = _Head.of(text, path)
-    notes = list(head.notes)
     try:
         values = np.loadtxt(
             io.StringIO(text[head.body :]), delimiter=head.delimiter, comments=None, ndmin=2, dtype=np.float64
@@ -45,8 +45,6 @@ def open_table(path: Path) -> Table:
     except ValueError:
         plain = False
     if plain:
-        if not text.endswith("\n"):
-            notes.append("the last line has no line end: its last number may be cut")
         index = {name: i for i, name in enumerate(head.names)}
         return Table(
             path=path,
@@ -54,9 +52,9 @@ def open_table(path: Path) -> Table:
             names=head.names,
             rows=len(values),
             load=lambda name: values[:, index[name]],
-            load_text=lambda name: [f"{value:g}" for value in values[:, index[name]]],
+            load_text=lambda name: [f"{value:g}" for value in values[:, index[name]].tolist()],
             header=head.header,
-            notes=tuple(notes),
+            notes=() if text.endswith("\n") else (NO_LINE_END,),
         )
     cells = _Cells.of(text, head, path)
     return Table(
@@ -67,7 +65,7 @@ def open_table(path: Path) -> Table:
         load=cells.numbers,
         load_text=cells.column,
         header=head.header,
-        notes=(*notes, *cells.notes),
+        notes=tuple(cells.notes),
     )
 
 
@@ -113,61 +111,46 @@ def _text(path: Path) -> str:
 
 @dataclass(frozen=True)
 class _Head:
-    """What the first lines say of the rest."""
+    """What the first lines say of the rest: `body` is where the rows begin, in line `first_line`."""
 
     names: tuple[str, ...]
     header: bool
     delimiter: str | None
     body: int
     first_line: int
-    notes: tuple[str, ...]
     decimal_comma: bool
 
     @classmethod
     def of(cls, text: str, path: Path) -> _Head:
-        start, number, comment = 0, 1, None
+        start, number, comment = 0, 1, ""
         while True:
             end = text.find("\n", start)
             end = len(text) if end < 0 else end
-            line = text[start:end]
-            if line.strip() and not line.lstrip().startswith("#"):
+            line = text[start:end].strip()
+            if line and not line.startswith("#"):
                 break
-            comment = line.lstrip().lstrip("#") if line.strip() else comment
+            comment = line.lstrip("#") or comment
             start, number = end + 1, number + 1
             if start >= len(text):
                 raise RecordingError("there are comments but no rows", path=path)
         delimiter = next((mark for mark in (";", "\t", ",") if mark in line), None)
+        decimal_comma = delimiter != "," and "," in text[start:]
         cells = _split(line, delimiter)
-        notes: list[str] = []
-        header = not all(_number(cell) or not cell for cell in cells)
-        decimal_comma = False
-        if not header and delimiter in (";", "\t", None):
-            decimal_comma = "," in line
-        elif header and delimiter in (";", "\t"):
-            decimal_comma = "," in text[end : text.find("\n", end + 1) % (len(text) + 1)]
-        if header and delimiter is not None and any(_number(cell.replace(",", ".")) for cell in cells):
-            loose = [cell for cell in cells if not _number(cell.replace(",", "."))]
-            if not loose:
-                header, decimal_comma = False, True
+        header = not all(not cell or _number(cell.replace(",", ".") if decimal_comma else cell) for cell in cells)
         if header:
-            names = cells
-            start, number = min(end + 1, len(text)), number + 1
-        elif comment is not None and len(_split(comment, delimiter)) == len(cells):
-            names, header = _split(comment, delimiter), True
+            start, number = end + 1, number + 1
+            if not text[start:].strip():
+                raise RecordingError("there is a header but no rows: the logger wrote nothing after it", path=path)
+        elif len(names := _split(comment, delimiter)) == len(cells):
+            header, cells = True, names
         else:
-            names = [str(i) for i in range(len(cells))]
-        if header and names and names[-1] == "":
-            names = names[:-1]
-        if header and "" in names:
-            raise RecordingError(
-                f"column {names.index('')} has no name in the header: name every column", path=path, line=number - 1,
-                column=names.index(""),
-            )
-        if not text[start:].strip():
-            raise RecordingError("there is a header but no rows: the logger wrote nothing after it", path=path)
-        if decimal_comma:
-            notes.append("decimal commas read as points")
-        return cls(tuple(names), header, delimiter, start, number, tuple(notes), decimal_comma)
+            cells = [str(i) for i in range(len(cells))]
+        if cells[-1] == "":
+            cells.pop()
+        if "" in cells:
+            place = cells.index("")
+            raise RecordingError(f"column {place}, counted from 0, has no name in the header", path=path, column=place)
+        return cls(tuple(cells), header, delimiter, start, number, decimal_comma)
 
 
 @dataclass(frozen=True)
@@ -176,61 +159,58 @@ class _Cells:
 
     path: Path
     names: tuple[str, ...]
-    columns: list[list[str]]
+    rows: list[list[str]]
     lines: list[int]
-    notes: tuple[str, ...]
+    notes: list[str]
 
     @classmethod
     def of(cls, text: str, head: _Head, path: Path) -> _Cells:
-        body = text[head.body :]
-        if head.decimal_comma:
-            body = body.replace(",", ".")
+        body = text[head.body :].replace(",", ".") if head.decimal_comma else text[head.body :]
         if head.delimiter is None:
             body = re.sub(r"[ \t]+", " ", body)
-        reader = csv.reader(
-            (line.strip(" ") for line in body.split("\n")), delimiter=head.delimiter or " ", skipinitialspace=True
-        )
-        width = len(head.names)
-        rows: list[list[str]] = []
-        lines: list[int] = []
-        torn: tuple[int, int] | None = None
-        notes: list[str] = []
+        cells = cls(path, head.names, [], [], ["decimal commas read as points"] if head.decimal_comma else [])
+        reader = csv.reader((line.strip(" ") for line in body.split("\n")), delimiter=head.delimiter or " ")
+        torn = None
         try:
             for row in reader:
-                line = head.first_line + reader.line_num - 1
-                if not any(cell.strip() for cell in row) and len(row) <= 1:
+                if not any(map(str.strip, row)) and len(row) <= 1:
                     continue
                 if torn is not None:
-                    raise RecordingError(
-                        f"{torn[1]} cells, but there are {width} columns: mend or remove the line", path=path, line=torn[0]
-                    )
-                if len(row) == width + 1 and not row[-1].strip():
+                    raise torn
+                if len(row) == len(head.names) + 1 and not row[-1].strip():
                     row.pop()
-                if len(row) != width:
-                    torn = (line, len(row))
+                line = head.first_line + reader.line_num - 1
+                if len(row) == len(head.names):
+                    cells.rows.append([cell.strip() for cell in row])
+                    cells.lines.append(line)
                     continue
-                rows.append(row)
-                lines.append(line)
-        except csv.Error as error:
-            raise RecordingError(f"{error}", path=path, line=head.first_line + reader.line_num - 1) from None
-        if torn is not None:
-            if torn[1] > width or not rows:
-                raise RecordingError(
-                    f"{torn[1]} cells, but there are {width} columns: mend or remove the line", path=path, line=torn[0]
+                torn = RecordingError(
+                    f"{len(row)} cells, but there are {len(head.names)} columns: mend or remove the line",
+                    path=path,
+                    line=line,
                 )
-            notes.append(f"line {torn[0]}, the last one, is torn ({torn[1]} of {width} cells): dropped")
-        elif not text.endswith("\n") and len(rows) > 1:
-            if _number(rows[-2][-1]) and not _number(rows[-1][-1]):
-                notes.append(f"line {lines[-1]}, the last one, is torn in its last cell: dropped")
-                rows.pop()
-                lines.pop()
-            else:
-                notes.append("the last line has no line end: its last number may be cut")
-        columns = [[cell.strip() for cell in column] for column in zip(*rows, strict=True)]
-        return cls(path, head.names, columns, lines, tuple(notes))
+                if len(row) > len(head.names) or not cells.rows:
+                    raise torn
+        except csv.Error as error:
+            raise RecordingError(str(error), path=path, line=head.first_line + reader.line_num - 1) from None
+        if torn is not None:
+            cells.notes.append(f"line {torn.line}, the last one, is torn: dropped")
+        elif not text.endswith("\n"):
+            cells._end_of_torn_text()
+        return cells
+
+    def _end_of_torn_text(self) -> None:
+        """A last line without a line end may break off within a number."""
+        if len(self.rows) > 1 and _number(self.rows[-2][-1]) and not _number(self.rows[-1][-1]):
+            self.notes.append(f"line {self.lines[-1]}, the last one, is torn: dropped")
+            self.rows.pop()
+            self.lines.pop()
+        else:
+            self.notes.append(NO_LINE_END)
 
     def column(self, name: str) -> Sequence[str]:
-        return self.columns[self.names.index(name)]
+        place = self.names.index(name)
+        return [row[place] for row in self.rows]
 
     def numbers(self, name: str) -> NDArray[np.float64]:
         cells = self.column(name)

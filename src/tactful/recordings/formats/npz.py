@@ -73,4 +73,3 @@ def save(recording: Recording, path: Path) -> None:
     arrays = {"t": recording.t, **recording.channels, META: np.array(to_json(recording))}
     with path.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
-
