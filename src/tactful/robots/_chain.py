@@ -57,53 +57,15 @@ def robot_from_model(model: Any, path: Path, name: str, tip: str | None, overrid
     tip_name, tip_body = _find_tip(model, path, name, tip, bodies, sites)
     chain = _chain(model, path, tip_body, bodies, overrides)
     joints = [int(model.body_jntadr[b]) for b in chain]
-    n = len(chain)
-
-    base = int(model.body_parentid[chain[0]])
-    anchors = [
-        model.jnt_pos[j] if model.jnt_type[j] == _HINGE else np.zeros(3) for j in joints
-    ]  # the links' origins in their bodies
-    owner = np.full(model.nbody, -1)  # link that carries the body
-    rigid = np.ones(model.nbody, dtype=bool)  # no joint off the chain between the body and its link
-    pose = [_IDENTITY] * model.nbody  # of the body in its link's frame; in the world where owner is -1
-    for b in range(1, model.nbody):
-        parent = int(model.body_parentid[b])
-        if b in chain:
-            owner[b] = chain.index(b)
-            pose[b] = _Pose(np.eye(3), -anchors[owner[b]])
-        else:
-            owner[b], rigid[b] = owner[parent], rigid[parent] and model.body_jntnum[b] == 0
-            pose[b] = pose[parent] @ _placed(model.body_pos[b], model.body_quat[b])
-    to_base = pose[base].inverse()
-    pose = [to_base @ p if o < 0 else p for p, o in zip(pose, owner, strict=True)]
-
-    rotation, translation = np.empty((n, 3, 3)), np.empty((n, 3))
-    axis = model.jnt_axis[joints] / np.linalg.norm(model.jnt_axis[joints], axis=1, keepdims=True)
-    reference = model.qpos0[model.jnt_qposadr[joints]]
-    for i, (b, j) in enumerate(zip(chain, joints, strict=True)):
-        drawn = pose[int(model.body_parentid[b])] @ _placed(model.body_pos[b], model.body_quat[b])
-        drawn = drawn @ _Pose(np.eye(3), anchors[i])
-        if model.jnt_type[j] == _HINGE:
-            at_zero = _Pose(rotation_about(axis[i], -reference[i]) if reference[i] else np.eye(3), np.zeros(3))
-        else:
-            at_zero = _Pose(np.eye(3), -reference[i] * axis[i])
-        rotation[i], translation[i] = (drawn @ at_zero).rotation, (drawn @ at_zero).translation
-
-    mass, com, inertia = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3, 3))
-    for b in np.flatnonzero(owner >= 0):
-        i, at = int(owner[b]), pose[b] @ _placed(model.body_ipos[b], model.body_iquat[b])
-        about_com = at.rotation @ np.diag(model.body_inertia[b]) @ at.rotation.T
-        mass[i], com[i], inertia[i] = joined_inertia(
-            mass[i], com[i], inertia[i], float(model.body_mass[b]), at.translation, about_com
-        )
-
+    labels = [_label(model.joint(j).name, j, kind="joint") for j in joints]
+    tree = _Tree.of(model, chain)
+    rotation, translation = _link_poses(model, chain, tree)
+    mass, com, inertia = _link_inertias(model, len(chain), tree)
     limited = model.jnt_limited[joints].astype(bool)
     lower = np.where(limited, model.jnt_range[joints, 0], -np.inf)
     upper = np.where(limited, model.jnt_range[joints, 1], np.inf)
-    dofs = model.jnt_dofadr[joints]
-    labels = [_label(model.joint(j).name, j, kind="joint") for j in joints]
     torque_limit = np.array([_torque_limit(model, j) for j in joints])
-    torque_limit = np.minimum(torque_limit, [overrides.torque_limit.get(label, np.inf) for label in labels])
+    dofs = model.jnt_dofadr[joints]
     return Robot(
         name=name,
         title=name,
@@ -113,26 +75,88 @@ def robot_from_model(model: Any, path: Path, name: str, tip: str | None, overrid
         prismatic=model.jnt_type[joints] == _SLIDE,
         rotation=rotation,
         translation=translation,
-        axis=axis,
+        axis=model.jnt_axis[joints],
         mass=mass,
         com=com,
-        inertia=0.5 * (inertia + np.swapaxes(inertia, 1, 2)),
+        inertia=inertia,
         lower=lower,
         upper=upper,
         velocity_limit=np.array([overrides.velocity_limit.get(label, np.inf) for label in labels]),
-        torque_limit=torque_limit,
+        torque_limit=np.minimum(torque_limit, [overrides.torque_limit.get(label, np.inf) for label in labels]),
         motor_inertia=model.dof_armature[dofs],
-        stiffness=np.full(n, np.nan),
-        damping=np.full(n, np.nan),
+        stiffness=np.full(len(chain), np.nan),
+        damping=np.full(len(chain), np.nan),
         coulomb_friction=model.dof_frictionloss[dofs],
-        viscous_friction=np.ravel(model.dof_damping[dofs].reshape(n, -1)[:, 0]),
+        viscous_friction=model.dof_damping[dofs].reshape(len(chain), -1)[:, 0],
         torque_sensor="link",
         home=np.clip(_home(model)[model.jnt_qposadr[joints]], lower, upper),
-        frames=_frames(model, bodies, sites, base, owner, rigid, pose),
+        frames=_frames(model, bodies, sites, tree),
         tip=tip_name,
-        gravity=to_base.rotation @ model.opt.gravity,
-        capsules=_capsules(model, base, owner, rigid, pose),
+        gravity=tree.to_base.rotation @ model.opt.gravity,
+        capsules=_capsules(model, tree),
     )
+
+
+@dataclass(frozen=True)
+class _Tree:
+    """Which link carries each body of the model, and where."""
+
+    base: int  # the body that carries the first link
+    owner: list[int]  # of each body: its link, -1 if it is not moved by the chain
+    rigid: list[bool]  # of each body: no joint off the chain between it and its link
+    pose: list[_Pose]  # of each body in its link's frame, in the base frame where the owner is -1
+    to_base: _Pose  # of the world in the base frame
+
+    @classmethod
+    def of(cls, model: Any, chain: list[int]) -> _Tree:
+        base = int(model.body_parentid[chain[0]])
+        owner, rigid, pose = [-1], [True], [_IDENTITY]
+        for b in range(1, model.nbody):
+            parent = int(model.body_parentid[b])
+            if b in chain:
+                owner.append(chain.index(b))
+                rigid.append(True)
+                pose.append(_Pose(np.eye(3), -_anchor(model, b)))
+            else:
+                owner.append(owner[parent])
+                rigid.append(rigid[parent] and model.body_jntnum[b] == 0)
+                pose.append(pose[parent] @ _placed(model.body_pos[b], model.body_quat[b]))
+        to_base = pose[base].inverse()
+        return cls(base, owner, rigid, [to_base @ p if o < 0 else p for p, o in zip(pose, owner, strict=True)], to_base)
+
+
+def _anchor(model: Any, body: int) -> Array:
+    """A point on the body's joint axis, in the body's frame: the origin of its link."""
+    joint = int(model.body_jntadr[body])
+    return np.array(model.jnt_pos[joint]) if model.jnt_type[joint] == _HINGE else np.zeros(3)
+
+
+def _link_poses(model: Any, chain: list[int], tree: _Tree) -> tuple[Array, Array]:
+    """Rotation (n, 3, 3) and translation (n, 3) of each link in the one before it, at q = 0."""
+    poses = []
+    for b in chain:
+        joint = int(model.body_jntadr[b])
+        axis, drawn_at = model.jnt_axis[joint], float(model.qpos0[model.jnt_qposadr[joint]])
+        if model.jnt_type[joint] == _HINGE:
+            to_zero = _Pose(rotation_about(axis, -drawn_at), np.zeros(3))
+        else:
+            to_zero = _Pose(np.eye(3), -drawn_at * axis)
+        drawn = tree.pose[int(model.body_parentid[b])] @ _placed(model.body_pos[b], model.body_quat[b])
+        poses.append(drawn @ _Pose(np.eye(3), _anchor(model, b)) @ to_zero)
+    return np.array([p.rotation for p in poses]), np.array([p.translation for p in poses])
+
+
+def _link_inertias(model: Any, n: int, tree: _Tree) -> tuple[Array, Array, Array]:
+    """Mass (n,), centre of mass (n, 3) and inertia (n, 3, 3) of each link with all bodies that it carries."""
+    mass, com, inertia = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3, 3))
+    for b, i in enumerate(tree.owner):
+        if i >= 0:
+            at = tree.pose[b] @ _placed(model.body_ipos[b], model.body_iquat[b])
+            about_com = at.rotation @ np.diag(model.body_inertia[b]) @ at.rotation.T
+            mass[i], com[i], inertia[i] = joined_inertia(
+                mass[i], com[i], inertia[i], float(model.body_mass[b]), at.translation, about_com
+            )
+    return mass, com, 0.5 * (inertia + np.swapaxes(inertia, 1, 2))
 
 
 def _find_tip(
@@ -207,43 +231,38 @@ def _chain(model: Any, path: Path, tip_body: int, bodies: list[str], overrides: 
     return chain
 
 
-def _frames(
-    model: Any, bodies: list[str], sites: list[str], base: int, owner: Any, rigid: Any, pose: list[_Pose]
-) -> dict[str, Frame]:
+def _frames(model: Any, bodies: list[str], sites: list[str], tree: _Tree) -> dict[str, Frame]:
     """Named bodies and sites that are fixed to a link or the base; a site wins over a body of its name."""
     frames = {}
     for b, label in enumerate(bodies):
-        if rigid[b] and (b > 0 or base == 0):
-            frames[label] = Frame(int(owner[b]), pose[b].rotation, pose[b].translation)
+        if tree.rigid[b] and (b > 0 or tree.base == 0):
+            frames[label] = Frame(tree.owner[b], tree.pose[b].rotation, tree.pose[b].translation)
     for s, label in enumerate(sites):
         b = int(model.site_bodyid[s])
-        if label and rigid[b]:
-            at = pose[b] @ _placed(model.site_pos[s], model.site_quat[s])
-            frames[label] = Frame(int(owner[b]), at.rotation, at.translation)
+        if label and tree.rigid[b]:
+            at = tree.pose[b] @ _placed(model.site_pos[s], model.site_quat[s])
+            frames[label] = Frame(tree.owner[b], at.rotation, at.translation)
     return frames
 
 
-def _capsules(model: Any, base: int, owner: Any, rigid: Any, pose: list[_Pose]) -> tuple[Capsule, ...]:
+def _capsules(model: Any, tree: _Tree) -> tuple[Capsule, ...]:
     """Spheres, capsules, cylinders and boxes that can collide, the latter two as capsules of the same length."""
     capsules = []
     for g in range(model.ngeom):
-        b, kind = int(model.geom_bodyid[g]), int(model.geom_type[g])
+        b, kind, size = int(model.geom_bodyid[g]), int(model.geom_type[g]), model.geom_size[g]
         collides = model.geom_contype[g] or model.geom_conaffinity[g]
-        on_arm = owner[b] >= 0 or (b == base and b > 0)
-        if not (collides and on_arm and rigid[b]) or kind not in (_SPHERE, _CAPSULE, _CYLINDER, _BOX):
+        on_arm = tree.rigid[b] and (tree.owner[b] >= 0 or b == tree.base > 0)
+        if not (collides and on_arm) or kind not in (_SPHERE, _CAPSULE, _CYLINDER, _BOX):
             continue
-        size, along = model.geom_size[g], 2
-        if kind == _BOX:
-            along = int(np.argmax(size))
-            radius = float(np.delete(size, along).mean())
+        along = int(np.argmax(size)) if kind == _BOX else 2
+        radius = float(np.delete(size, along).mean() if kind == _BOX else size[0])
+        if kind == _CAPSULE:
+            half = float(size[1])
         else:
-            radius = float(size[0])
-        half = {_SPHERE: 0.0, _CAPSULE: float(size[1])}.get(
-            kind, max(float(size[1 if kind == _CYLINDER else along]) - radius, 0.0)
-        )
-        at = pose[b] @ _placed(model.geom_pos[g], model.geom_quat[g])
+            half = max(float(size[along] if kind == _BOX else size[1]) - radius, 0.0)  # a sphere's size[1] is 0
+        at = tree.pose[b] @ _placed(model.geom_pos[g], model.geom_quat[g])
         reach = half * at.rotation[:, along]
-        capsules.append(Capsule(int(owner[b]), at.translation - reach, at.translation + reach, radius))
+        capsules.append(Capsule(tree.owner[b], at.translation - reach, at.translation + reach, radius))
     return tuple(capsules)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -32,13 +33,14 @@ def load_file(path: Path, tip: str | None) -> Robot:
         import mujoco
     except ImportError:
         raise RobotFileError(path, 'needs MuJoCo to be read: pip install "tactful[mujoco]"') from None
+    overrides = Overrides()
     try:
-        if root.tag == "robot":
-            overrides = _urdf_overrides(path, root)
-            model = mujoco.MjModel.from_xml_string(_bare_urdf(root))
-        else:
-            overrides = Overrides()
-            model = _compile_mjcf(mujoco, path)
+        with warnings.catch_warnings(action="ignore"):  # of the simulation that the compiler tries
+            if root.tag == "robot":
+                overrides = _urdf_overrides(path, root)
+                model = mujoco.MjModel.from_xml_string(_bare_urdf(root))
+            else:
+                model = _compile_mjcf(mujoco, path)
     except ValueError as error:
         raise RobotFileError(path, f"cannot be compiled: {error}") from None
     name = root.get("name" if root.tag == "robot" else "model") or path.stem
