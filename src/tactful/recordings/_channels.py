@@ -56,7 +56,7 @@ def check_name(name: str, path: str | None = None) -> None:
     """Raise a `RecordingError` that suggests the nearest name unless `name` is a canonical channel."""
     if name in CHANNELS:
         return
-    near = get_close_matches(name, CHANNELS, n=1, cutoff=0.4)
+    near = get_close_matches(name.casefold(), CHANNELS, n=1, cutoff=0.4)
     hint = f"did you mean {near[0]!r}?" if near else f"use one of {', '.join(CHANNELS)}"
     raise RecordingError(f"unknown channel {name!r}: {hint}", path=path, channel=name)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +20,23 @@ def sidecar(path: Path) -> Path:
 
 
 def to_json(recording: Recording) -> str:
-    """Labels and notes, as they are stored with the channels."""
-    return json.dumps({"labels": [label.to_dict() for label in recording.labels], "notes": list(recording.notes)})
+    """Labels and notes, as they are stored with the channels; `units` says that no unit has to be judged."""
+    labels = [label.to_dict() for label in recording.labels]
+    return json.dumps({"units": "SI", "labels": labels, "notes": list(recording.notes)})
 
 
-def find(table: Table) -> tuple[list[Label], list[str]]:
+@dataclass
+class Beside:
+    """What stands beside the channels of a file; `si` where Tactful wrote it, so that its units are known."""
+
+    labels: list[Label] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    si: bool = False
+
+
+def find(table: Table) -> Beside:
     """Labels and notes in the file's own metadata, in its sidecar, and in the `labels.json` of its folder."""
-    labels: list[Label] = []
-    notes: list[str] = []
+    beside = Beside()
     stores: list[tuple[Path, Any]] = [] if table.meta is None else [(table.path, table.meta)]
     if (path := sidecar(table.path)).is_file():
         stores.append((path, _load(path)))
@@ -37,15 +47,17 @@ def find(table: Table) -> tuple[list[Label], list[str]]:
         if table.path.name in folder:
             stores.append((path, folder[table.path.name]))
     for path, store in stores:
-        entries, said = (store.get("labels", []), store.get("notes", [])) if isinstance(store, Mapping) else (store, [])
+        data: Mapping[str, Any] = store if isinstance(store, Mapping) else {"labels": store}
+        entries, said = data.get("labels", []), data.get("notes", [])
         if not isinstance(entries, list) or not isinstance(said, list):
             raise RecordingError("labels are a list of objects with kind, start_s and end_s", path=path)
         try:
-            labels += [Label.from_dict(entry) for entry in entries]
+            beside.labels += [Label.from_dict(entry) for entry in entries]
         except RecordingError as error:
             raise RecordingError(str(error), path=path) from None
-        notes += map(str, said)
-    return labels, notes
+        beside.notes += map(str, said)
+        beside.si |= data.get("units") == "SI"
+    return beside
 
 
 def _load(path: Path) -> Any:

@@ -135,7 +135,7 @@ class Layout(_Part):
     def _check(self) -> Self:
         for name, channel in self.channels.items():
             if name not in CHANNELS:
-                near = get_close_matches(name, CHANNELS, n=1, cutoff=0.4)
+                near = get_close_matches(name.casefold(), CHANNELS, n=1, cutoff=0.4)
                 hint = f"did you mean {near[0]!r}?" if near else f"use one of {', '.join(CHANNELS)}"
                 raise ValueError(f"unknown channel {name!r}: {hint}")
             units = channel.unit if isinstance(channel.unit, list) else [channel.unit]

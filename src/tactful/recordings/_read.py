@@ -13,7 +13,7 @@ from tactful.recordings import _canonical, formats
 from tactful.recordings._errors import RecordingError
 from tactful.recordings._plan import labels_from, note_unused
 from tactful.recordings._recording import Recording
-from tactful.recordings._table import Table, damaged
+from tactful.recordings._table import DECODING_ERRORS, Table, damaged
 from tactful.recordings._units import judge_positions, judge_time
 
 
@@ -37,9 +37,7 @@ def _open(path: Path) -> Table:
     module = next(module for module in formats.modules() if module.matches(head))
     try:
         table: Table = module.open_table(path)
-    except RecordingError:
-        raise
-    except Exception as error:  # a damaged file can break a decoder in any way
+    except DECODING_ERRORS as error:
         raise damaged(path, error) from error
     return table
 
@@ -54,19 +52,20 @@ def _build(table: Table, mapping: str | Path | Mapping[str, Any] | None) -> Reco
     if len(t) != table.rows:
         raise RecordingError(f"time column {plan.time!r} holds several values a row", path=table.path, column=plan.time)
     channels = {name: plan.values(table, name) for name in plan.channels}
-    factor = plan.time_factor
+    beside = _labels_file.find(table)
+    factor = 1.0 if beside.si else plan.time_factor
     if factor is None:
         factor, reason = judge_time(t, channels.get("q"), channels.get("dq"))
         notes += reason
     if factor != 1.0:
         t = t * factor
-    if not plan.explicit:
+    if not plan.explicit and not beside.si:
         notes += judge_positions(t, channels)
     if plan.relative and np.isfinite(t).any():
         start = float(t[np.isfinite(t)][0])
         t = t - start
         notes.append(f"time starts at 0 in the first row, which is stamped {start:.6f} s")
-    labels, label_notes = _labels_file.find(table)
+    labels = beside.labels
     for source in plan.labels:
         labels += labels_from(table, source, t)
     return Recording(
@@ -75,7 +74,7 @@ def _build(table: Table, mapping: str | Path | Mapping[str, Any] | None) -> Reco
         labels=tuple(labels),
         source=str(table.path),
         format=f"{table.format}/{plan.name}" if plan.name else table.format,
-        notes=tuple(dict.fromkeys([*notes, *note_unused(plan.unused(table)), *label_notes])),
+        notes=tuple(dict.fromkeys([*notes, *note_unused(plan.unused(table)), *beside.notes])),
     )
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from tactful.recordings import _labels_file, formats
 from tactful.recordings._errors import RecordingError
+from tactful.recordings._units import units_would_be_judged
 
 if TYPE_CHECKING:
     from tactful.recordings._recording import Recording
@@ -27,7 +28,7 @@ def save(recording: Recording, path: str | Path) -> None:
         _replace(path, lambda part: writers[path.suffix](recording, part))
         if path.suffix == ".csv":
             beside = _labels_file.sidecar(path)
-            if recording.labels or recording.notes:
+            if recording.labels or recording.notes or units_would_be_judged(recording.t, recording.channels):
                 text = _labels_file.to_json(recording)
                 _replace(beside, lambda part: part.write_text(text + "\n", encoding="utf-8"))
             else:

@@ -14,7 +14,7 @@ from tactful.recordings._channels import CHANNELS
 from tactful.recordings._label import Label
 from tactful.recordings._quality import Quality
 from tactful.recordings._recording import Recording
-from tactful.recordings._units import position_slope
+from tactful.recordings._units import largest, position_slope
 
 WINDOW_S = 0.5
 """Length of the window that the band is stated for [s]."""
@@ -186,15 +186,15 @@ def traps(recording: Recording) -> list[str]:
     slope = position_slope(recording.t, q, dq)
     if slope is not None and not 0.8 < slope < 1.25:
         found.append(f"diff(q) is {slope:.3g} times dq dt: the units of q, dq or time disagree")
-    reach = _reach(q)
+    reach = largest(q)
     if reach > 2.1 * math.pi:
         found.append(f"q reaches {reach:.3g} rad, more than a turn: degrees?")
     if q is not None and len(q) > 1 and (resolution := _resolution(q)) > 2e-5:
         found.append(f"q is written in steps of {resolution:.1g} rad: too coarse to take its derivative")
     if (excess := _velocity_error(recording)) > 0.1:
         found.append(f"dq is off diff(q)/dt by {100 * excess:.0f} % of its rms over 50 ms: delayed or filtered?")
-    if tau is not None and q is not None and 0.0 < _reach(tau) < 1.0:
-        found.append(f"tau stays within {_reach(tau):.2g} Nm: is gravity taken out? Tactful expects it included")
+    if tau is not None and q is not None and 0.0 < largest(tau) < 1.0:
+        found.append(f"tau stays within {largest(tau):.2g} Nm: is gravity taken out? Tactful expects it included")
     still = q is not None and len(q) > 10 and _travel(q) < 0.01
     for name in ("tau", "tau_ext", "wrench") if still else ("q", "dq", "tau", "tau_ext", "wrench"):
         values = recording.channels.get(name)
@@ -203,7 +203,7 @@ def traps(recording: Recording) -> list[str]:
     if still:
         found.append("the arm stands still: friction hides small forces, and nothing tells a bias from a steady push")
     if recording.tau_ext is not None:
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             offset = np.median(recording.tau_ext, axis=0)
         if (worst := int(np.argmax(np.abs(np.nan_to_num(offset))))) >= 0 and abs(offset[worst]) > 1.0:
             found.append(
@@ -229,12 +229,6 @@ def _channel(name: str, values: Array) -> ChannelSummary:
 
 def _without(names: set[str], *wanted: str) -> str:
     return ", ".join(name for name in wanted if name not in names)
-
-
-def _reach(values: Array | None) -> float:
-    if values is None:
-        return 0.0
-    return float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))
 
 
 def _travel(q: Array) -> float:

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from tactful.recordings._errors import RecordingError
 
+DECODING_ERRORS = (ValueError, TypeError, LookupError, ArithmeticError, EOFError, OSError, MemoryError, RuntimeError)
+"""What a decoder may raise over a damaged file."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -59,9 +62,7 @@ class Table:
             raise self.missing(name)
         try:
             values = np.asarray(self.load(name), dtype=np.float64)
-        except RecordingError:
-            raise
-        except Exception as error:  # a damaged file can break a decoder in any way
+        except DECODING_ERRORS as error:
             raise damaged(self.path, error, name) from error
         if values.ndim not in (1, 2) or len(values) != self.rows:
             raise RecordingError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ _TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))
 _SLOWEST_HZ = 2.0
 _FAR_RAD = 4.0 * math.pi
 _EPOCH_S = (1e9, 4.2e9)
+_PAIRS = 100_000  # enough to judge a unit by, of a recording of any length
 
 
 def judge_time(t: Array, q: Array | None, dq: Array | None) -> tuple[float, list[str]]:
@@ -27,21 +29,21 @@ def judge_time(t: Array, q: Array | None, dq: Array | None) -> tuple[float, list
     if slope is not None:
         name, factor = min(_TIME_UNITS, key=lambda unit: _distance(slope, unit[1]))
         if _distance(slope, factor) < math.log(1.5):
-            return factor, _said(t, name, factor, f"diff(q) is {slope:.3g} of dq dt")
+            return factor, _said(name, factor, f"diff(q) is {slope:.3g} of dq dt")
     finite = t[np.isfinite(t)]
     if finite.size and (stamp := abs(float(finite[0]))) >= _EPOCH_S[0]:
         for name, factor in _TIME_UNITS:
             if _EPOCH_S[0] <= stamp * factor < _EPOCH_S[1]:
-                return factor, _said(t, name, factor, "unix time")
+                return factor, _said(name, factor, "unix time")
     step = median_step(t)
     for name, factor in _TIME_UNITS:
         if step * factor < 1.0 / _SLOWEST_HZ:
-            return factor, _said(t, name, factor, f"median step {step:g}")
+            return factor, _said(name, factor, f"median step {step:g}")
     return 1.0, []
 
 
 def judge_positions(t: Array, channels: dict[str, Array]) -> list[str]:
-    """Convert degrees to radians in `channels`, in place of the mapping's arrays, and say so."""
+    """Replace channels in degrees by ones in radians, and say so."""
     q, dq = channels.get("q"), channels.get("dq")
     slope = position_slope(t, q, dq)
     if slope is not None and _distance(slope, 1.0 / DEGREE) < math.log(1.5):
@@ -50,7 +52,7 @@ def judge_positions(t: Array, channels: dict[str, Array]) -> list[str]:
     if slope is not None and _distance(slope, DEGREE) < math.log(1.5):
         channels["dq"] = channels["dq"] * DEGREE
         return [f"dq in degrees a second, converted to rad/s: diff(q) is 1/{1.0 / slope:.1f} of dq dt"]
-    reach = _largest(q)
+    reach = largest(q)
     if reach <= _FAR_RAD:
         return []
     channels["q"] = channels["q"] * DEGREE
@@ -61,6 +63,12 @@ def judge_positions(t: Array, channels: dict[str, Array]) -> list[str]:
     return [f"q and dq in degrees, converted to rad: q reaches {reach:.1f} and dq {agree} it"]
 
 
+def units_would_be_judged(t: Array, channels: Mapping[str, Array]) -> bool:
+    """Whether values in SI units look like others, as those of a joint that turns on and on do."""
+    factor, _ = judge_time(t, channels.get("q"), channels.get("dq"))
+    return factor != 1.0 or bool(judge_positions(t, dict(channels)))
+
+
 def position_slope(t: Array, q: Array | None, dq: Array | None) -> float | None:
     """Slope of diff(q) over the mean velocity times dt, by least squares; None where the arm does not move enough.
 
@@ -68,18 +76,18 @@ def position_slope(t: Array, q: Array | None, dq: Array | None) -> float | None:
     """
     if q is None or dq is None or q.shape != dq.shape or len(t) < 10:
         return None
-    step = np.diff(t)
+    rows = np.unique(np.linspace(0, len(t) - 2, min(len(t) - 1, _PAIRS), dtype=np.intp))
     with np.errstate(invalid="ignore", over="ignore"):
-        rows = np.isfinite(step) & (step > 0) & (step < 5.0 * median_step(t))
-        rows &= np.isfinite(q[1:]).all(1) & np.isfinite(q[:-1]).all(1)
-        rows &= np.isfinite(dq[1:]).all(1) & np.isfinite(dq[:-1]).all(1)
-        if np.count_nonzero(rows) < 10:
+        step = t[rows + 1] - t[rows]
+        moved = q[rows + 1] - q[rows]
+        expected = 0.5 * (dq[rows + 1] + dq[rows]) * step[:, None]
+        good = (step > 0) & (step < 5.0 * median_step(t)) & np.isfinite(moved).all(1) & np.isfinite(expected).all(1)
+        if np.count_nonzero(good) < 10:
             return None
-        moved = np.diff(q, axis=0)[rows]
-        expected = (0.5 * (dq[1:] + dq[:-1]) * step[:, None])[rows]
+        moved, expected = moved[good], expected[good]
         xx, xy, yy = float(np.sum(expected**2)), float(np.sum(expected * moved)), float(np.sum(moved**2))
-        travel = float(np.abs(moved).sum(0).max())
-    if not all(map(math.isfinite, (xx, xy, yy))) or travel < 0.02 or xx <= 0.0 or yy <= 0.0:
+        travel = float(np.ptp(q[rows[good]], axis=0).max())
+    if not all(map(math.isfinite, (xx, xy, yy))) or travel < 0.01 or xx <= 0.0 or yy <= 0.0:
         return None
     return xy / xx if xy / math.sqrt(xx * yy) > 0.7 else None
 
@@ -91,7 +99,7 @@ def median_step(t: Array) -> float:
     return float(np.median(step)) if step.size else float("nan")
 
 
-def _said(t: Array, name: str, factor: float, why: str) -> list[str]:
+def _said(name: str, factor: float, why: str) -> list[str]:
     return [] if factor == 1.0 else [f"time in {name}, converted to s ({why})"]
 
 
@@ -99,8 +107,9 @@ def _distance(a: float, b: float) -> float:
     return abs(math.log(a / b)) if a > 0 else math.inf
 
 
-def _largest(values: Array | None) -> float:
+def largest(values: Array | None) -> float:
+    """Largest finite magnitude; 0 where there is none."""
     if values is None:
         return 0.0
-    finite = np.abs(values[np.isfinite(values)])
-    return float(finite.max()) if finite.size else 0.0
+    finite = np.isfinite(values)
+    return float(max(np.max(values, initial=0.0, where=finite), -np.min(values, initial=0.0, where=finite)))

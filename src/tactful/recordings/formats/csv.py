@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -135,13 +134,13 @@ class _Head:
                 raise RecordingError("there are comments but no rows", path=path)
         delimiter = next((mark for mark in (";", "\t", ",") if mark in line), None)
         decimal_comma = delimiter != "," and "," in text[start:]
-        cells = _split(line, delimiter)
+        cells = _split(line, delimiter, path, number)
         header = not all(not cell or _number(cell.replace(",", ".") if decimal_comma else cell) for cell in cells)
         if header:
             start, number = end + 1, number + 1
             if not text[start:].strip():
                 raise RecordingError("there is a header but no rows: the logger wrote nothing after it", path=path)
-        elif len(names := _split(comment, delimiter)) == len(cells):
+        elif len(names := _split(comment.replace('"', ""), delimiter, path, number)) == len(cells):
             header, cells = True, names
         else:
             cells = [str(i) for i in range(len(cells))]
@@ -166,33 +165,27 @@ class _Cells:
     @classmethod
     def of(cls, text: str, head: _Head, path: Path) -> _Cells:
         body = text[head.body :].replace(",", ".") if head.decimal_comma else text[head.body :]
-        if head.delimiter is None:
-            body = re.sub(r"[ \t]+", " ", body)
         cells = cls(path, head.names, [], [], ["decimal commas read as points"] if head.decimal_comma else [])
-        reader = csv.reader((line.strip(" ") for line in body.split("\n")), delimiter=head.delimiter or " ")
         torn = None
-        try:
-            for row in reader:
-                if not any(map(str.strip, row)) and len(row) <= 1:
-                    continue
-                if torn is not None:
-                    raise torn
-                if len(row) == len(head.names) + 1 and not row[-1].strip():
-                    row.pop()
-                line = head.first_line + reader.line_num - 1
-                if len(row) == len(head.names):
-                    cells.rows.append([cell.strip() for cell in row])
-                    cells.lines.append(line)
-                    continue
-                torn = RecordingError(
-                    f"{len(row)} cells, but there are {len(head.names)} columns: mend or remove the line",
-                    path=path,
-                    line=line,
-                )
-                if len(row) > len(head.names) or not cells.rows:
-                    raise torn
-        except csv.Error as error:
-            raise RecordingError(str(error), path=path, line=head.first_line + reader.line_num - 1) from None
+        for line, content in enumerate(body.split("\n"), head.first_line):
+            if not content.strip():
+                continue
+            if torn is not None:
+                raise torn
+            row = _split(content, head.delimiter, path, line)
+            if len(row) == len(head.names) + 1 and not row[-1]:
+                row.pop()
+            if len(row) == len(head.names):
+                cells.rows.append(row)
+                cells.lines.append(line)
+                continue
+            torn = RecordingError(
+                f"{len(row)} cells, but there are {len(head.names)} columns: mend or remove the line",
+                path=path,
+                line=line,
+            )
+            if len(row) > len(head.names) or not cells.rows:
+                raise torn
         if torn is not None:
             cells.notes.append(f"line {torn.line}, the last one, is torn: dropped")
         elif not text.endswith("\n"):
@@ -228,10 +221,15 @@ class _Cells:
         return values
 
 
-def _split(line: str, delimiter: str | None) -> list[str]:
-    if delimiter is None:
-        return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+def _split(line: str, delimiter: str | None, path: Path, number: int) -> list[str]:
+    if '"' in line:
+        try:
+            cells = next(csv.reader([line], delimiter=delimiter or " ", skipinitialspace=True, strict=True), [])
+        except csv.Error as error:
+            raise RecordingError(f"a quoted cell does not end: {error}", path=path, line=number) from None
+    else:
+        cells = line.split(delimiter)
+    return [cell.strip() for cell in cells]
 
 
 def _number(cell: str) -> bool:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,13 +33,17 @@ def open_table(path: Path) -> Table:
         RecordingError: a lone `.npy` array, an array of objects, arrays of different lengths.
     """
     with path.open("rb") as file:
-        lone = file.read(6) == b"\x93NUMPY"
-    if lone:
-        raise RecordingError(
-            "a lone .npy array has no column names: save a dict of arrays with np.savez('log.npz', **log)", path=path
-        )
-    with np.load(path, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
+        if file.read(6) == b"\x93NUMPY":
+            raise RecordingError(
+                "a lone .npy array has no column names: save a dict of arrays with np.savez('log.npz', **log)",
+                path=path,
+            )
+        file.seek(0)
+        try:
+            with np.load(file, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in archive.files}
+        except (BadZipFile, zlib.error) as error:
+            raise RecordingError(f"the archive is torn: {error}", path=path) from None
     meta = json.loads(str(arrays.pop(META))) if META in arrays else None
     longest = max((len(array) for array in arrays.values() if array.ndim), default=0)
     time = next((arrays[name] for name in ("t", "time", "timestamp") if name in arrays and arrays[name].ndim), None)
