@@ -83,6 +83,7 @@ BROKEN: list[tuple[str, str, int | None, str | int | None]] = [
     ("q_0,dq_0\n0,1\n1,1\n", "no time column", None, "time"),
     ("time,a,b\n0,1,2\n", "no column has a name that is known", None, None),
     ("time,q_0,q_2\n0,1,2\n", "'q_1' is missing", None, "q_1"),
+    ("time,q_0,q_9999\n0,1,2\n", "'q_1' is missing", None, "q_1"),
     ("time,q_2,q_3\n0,1,2\n", "'q_0' is missing", None, "q_0"),
     ("time,q_0,q_1,dq_0\n0,1,2,3\n", "q 2, dq 1", None, None),
     ("time,q_0\n0,1\n0.1\n0.2,1\n", "1 cells, but there are 2 columns", 3, None),

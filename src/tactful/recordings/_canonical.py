@@ -91,7 +91,7 @@ def _joints(table: Table, names: dict[str, str], channel: str, result: Plan) -> 
 def _spelled(table: Table, names: dict[str, str], channel: str, spelling: str, result: Plan) -> list[Source]:
     if spelling in names and names[spelling] in table.widths:
         return [Source(names[spelling], 1.0, i) for i in range(table.widths[names[spelling]])]
-    pattern = re.compile(rf"{re.escape(spelling)}(?:_|\.|)\[?(\d+)\]?$")
+    pattern = re.compile(rf"{re.escape(spelling)}(?:_|\.|)\[?(\d{{1,4}})\]?$")
     found = {int(match[1]): name for key, name in names.items() if (match := pattern.match(key))}
     if channel == "jacobian" and not found:
         found = _grid(names, spelling)
@@ -107,7 +107,7 @@ def _spelled(table: Table, names: dict[str, str], channel: str, spelling: str, r
 
 
 def _grid(names: dict[str, str], spelling: str) -> dict[int, str]:
-    pattern = re.compile(rf"{re.escape(spelling)}_(\d+)_(\d+)$")
+    pattern = re.compile(rf"{re.escape(spelling)}_(\d{{1,2}})_(\d{{1,4}})$")
     cells = {(int(match[1]), int(match[2])): name for key, name in names.items() if (match := pattern.match(key))}
     columns = max((column for _, column in cells), default=-1) + 1
     return {row * columns + column: name for (row, column), name in cells.items()}

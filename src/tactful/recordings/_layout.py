@@ -270,8 +270,8 @@ def _sources(table: Table, columns: str | list[Column] | Range) -> list[Source]:
         found.append(Source(name))
     if not found:
         raise table.missing(f"{before}0{after}")
-    later = re.compile(re.escape(before) + r"(\d+)" + re.escape(after))
-    last = max(int(match[1]) for name in names if (match := later.fullmatch(name)))
+    later = re.compile(re.escape(before) + r"(\d{1,4})" + re.escape(after))
+    last = max((int(match[1]) for name in names if (match := later.fullmatch(name))), default=0)
     if last >= first + len(found):
         raise table.missing(f"{before}{first + len(found)}{after}")
     return found

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import csv
-import io
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,9 +36,7 @@ def open_table(path: Path) -> Table:
     text = _text(path)
     head = _Head.of(text, path)
     try:
-        values = np.loadtxt(
-            io.StringIO(text[head.body :]), delimiter=head.delimiter, comments=None, ndmin=2, dtype=np.float64
-        )
+        values = np.loadtxt(_lines(text, head.body), delimiter=head.delimiter, comments=None, ndmin=2, dtype=np.float64)
         plain = values.shape[0] > 0 and values.shape[1] == len(head.names)
     except ValueError:
         plain = False
@@ -219,6 +216,13 @@ class _Cells:
                     column=name,
                 ) from None
         return values
+
+
+def _lines(text: str, start: int) -> Iterator[str]:
+    while (end := text.find("\n", start)) >= 0:
+        yield text[start:end]
+        start = end + 1
+    yield text[start:]
 
 
 def _split(line: str, delimiter: str | None, path: Path, number: int) -> list[str]:
