@@ -1,0 +1,6 @@
+"""Signal kernels: one sample in, one value out, no allocation."""
+
+from tactful.signals._onset import onset_index
+from tactful.signals._sliding_dft import BandError, DFTArrays, SlidingDFT, bins_in_band, largest_band_hz
+
+__all__ = ["BandError", "DFTArrays", "SlidingDFT", "bins_in_band", "largest_band_hz", "onset_index"]
