@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Generator
+from pathlib import Path
 from typing import TypeVar
 
 import pytest
@@ -9,6 +10,15 @@ import pytest
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
 REQUIRE_ALL = bool(os.environ.get("TACTFUL_REQUIRE_ALL"))
+
+
+def pytest_configure() -> None:
+    """Drop compiled kernels that are older than any source: numba looks at a kernel's own file, not at what it calls."""
+    package = Path(__file__).parents[1] / "src" / "tactful"
+    newest = max(source.stat().st_mtime for source in package.rglob("*.py"))
+    for index in package.rglob("*.nbi"):
+        if index.stat().st_mtime < newest:
+            index.unlink(missing_ok=True)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,0 +1,51 @@
+"""The evidence at the beginning of a contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Onset:
+    """What is known of a contact at the moment of its detection: the samples before it, the last one included.
+
+    Attributes:
+        rate_hz: sampling rate [Hz].
+        t: times (k,) [s].
+        force_n: external force at the tip (k, 3), base axes [N].
+        moment_nm: external moment about the tip (k, 3), base axes [Nm].
+        velocity_m_s: velocity of the tip (k, 3), base axes [m/s]; None if the recording has none.
+        tau_ext_nm: external joint torque (k, n) [Nm]; None where only a wrench is known.
+        index: the sample at which the contact began, from the backward search.
+        directions: which of x, y and z were detected (3,).
+        in_collision: whether another contact, a collision, was there already.
+    """
+
+    rate_hz: float
+    t: Array
+    force_n: Array
+    moment_nm: Array
+    velocity_m_s: Array | None
+    tau_ext_nm: Array | None
+    index: int
+    directions: NDArray[np.bool_]
+    in_collision: bool
+
+    def force_change_n(self, secant_s: float) -> Array:
+        """Return the change of the force (3,) [N] from the onset over `secant_s`, at least over one sample."""
+        ahead = max(1, round(secant_s * self.rate_hz))
+        last = len(self.t) - 1
+        start = min(self.index, last - 1)
+        return self.force_n[min(start + ahead, last)] - self.force_n[start]  # type: ignore[no-any-return]
+
+    def velocity_before_m_s(self, average_s: float) -> Array | None:
+        """Return the mean velocity (3,) over the time `average_s` that ends at the onset, at least one sample."""
+        if self.velocity_m_s is None:
+            return None
+        count = max(1, round(average_s * self.rate_hz))
+        return np.asarray(self.velocity_m_s[max(0, self.index + 1 - count) : self.index + 1].mean(axis=0))

@@ -1,0 +1,172 @@
+"""The verb that monitors recordings."""
+
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from tactful.monitor import ContactEvent, Monitor, MonitorConfig, Timeline
+    from tactful.recordings import Recording
+
+KIND_STYLES = {
+    "contact": "bold",
+    "collision": "bold red",
+    "cooperation": "bold green",
+    "expected_impact": "bold blue",
+    "unexpected_impact": "bold magenta",
+}
+
+
+def monitor(
+    file: Annotated[list[Path], Parameter(negative_iterable=())],
+    /,
+    *,
+    robot: str | None = None,
+    tip: str | None = None,
+    config: Path | None = None,
+    mapping: Path | None = None,
+    mode: Literal["paper"] = "paper",
+    json: bool = False,
+    plot: Path | None = None,
+    save: Path | None = None,
+) -> int:
+    """Find the contacts in recordings, and say of each since when, how hard, and what it is.
+
+    Args:
+        file: Recordings of any format that `tactful info` knows.
+        robot: The arm: a name from `tactful robots`, or an MJCF or URDF file. Not needed where a wrench was recorded.
+        tip: The frame at which the force is estimated: a site or link of the robot.
+        config: Settings, a TOML file.
+        mapping: What the columns of the recordings mean, a TOML file.
+        mode: The detector. `paper` looks at the frequency content of the external force.
+        json: Print one JSON object a line for every contact, and nothing else, on standard output.
+        plot: Save a picture (.png, .svg, .pdf). Of several recordings, each has its name added.
+        save: Save the contacts (.parquet, .jsonl). Of several recordings, each has its name added.
+
+    Returns:
+        0, or 1 if samples had to be skipped.
+    """
+    from tactful.monitor import MonitorConfig
+
+    settings = MonitorConfig() if config is None else MonitorConfig.load(config)
+    named = {key: value for key, value in (("model", robot), ("tip", tip)) if value is not None}
+    settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
+    degraded = False
+    for path in file:
+        timeline = _monitor(path, mapping, settings, trace=plot is not None)
+        degraded = degraded or timeline.health.degraded
+        if json:
+            _print_json(path, timeline)
+        else:
+            _print_table(timeline)
+        for target, write in ((plot, timeline.plot), (save, timeline.save)):
+            if target is not None:
+                named_target = (
+                    target if len(file) == 1 else target.with_name(f"{target.stem}_{path.stem}{target.suffix}")
+                )
+                write(named_target)
+                Console(stderr=True).print(f"[dim]saved {named_target}[/dim]", highlight=False)
+    return int(degraded)
+
+
+def _monitor(path: Path, mapping: Path | None, settings: "MonitorConfig", *, trace: bool) -> "Timeline":
+    from tactful.errors import TactfulError
+    from tactful.monitor import Monitor
+    from tactful.recordings import Recording
+
+    console = Console(stderr=True)
+    with console.status(f"reading {path.name}"):
+        recording = Recording.read(path, mapping=mapping)
+    if recording.notes:
+        count = len(recording.notes)
+        console.print(
+            f"[dim]{count} note{'s' * (count != 1)} on how {path.name} was read: tactful info {path}[/dim]",
+            highlight=False,
+            soft_wrap=True,
+        )
+    if settings.robot.model is None and recording.q is not None and recording.wrench is None:
+        raise TactfulError(
+            f"{path}: which arm was recorded? Name it: --robot, one of `tactful robots`, or an MJCF or URDF file"
+        )
+    watch = Monitor(config=settings.fitted_to(recording.rate_hz))
+    _load_kernels(watch, console)
+    return _run(watch, recording, console, trace=trace)
+
+
+def _load_kernels(watch: "Monitor", console: Console) -> None:
+    begin = time.perf_counter()
+    with console.status("loading the kernels; the first time they are compiled, which takes about 15 s"):
+        compiled = watch.warm_up()
+    if compiled:
+        console.print(
+            f"[dim]compiled the kernels in {time.perf_counter() - begin:.0f} s, once for all calls[/dim]",
+            highlight=False,
+        )
+
+
+def _run(watch: "Monitor", recording: "Recording", console: Console, *, trace: bool) -> "Timeline":
+    columns = (TextColumn("monitoring"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=len(recording.t))
+        return watch.run(recording, trace=trace, progress=lambda taken: bar.update(task, completed=taken))
+
+
+def _print_json(path: Path, timeline: "Timeline") -> None:
+    for event in timeline:
+        print(json.dumps({"recording": str(path), **event.to_dict()}, allow_nan=False))
+
+
+def _print_table(timeline: "Timeline") -> None:
+    console = Console()
+    config = timeline.config
+    low, high = config.frequency.band_hz
+    console.print(
+        Text.assemble(
+            (Path(timeline.source).name, "bold"),
+            f"  {timeline.robot or 'no robot, wrench alone'}, {timeline.end_s - timeline.start_s:.1f} s "
+            f"at {config.rate_hz:.4g} Hz, band {low:.3g}-{high:.3g} Hz over {config.frequency.window} samples",
+        )
+    )
+    if not len(timeline):
+        console.print("no contact", style="green")
+    else:
+        console.print(_table(timeline))
+    if timeline.health.degraded:
+        console.print(f"degraded: {timeline.health}", style="yellow", highlight=False)
+    else:
+        console.print(f"{timeline.health}", style="dim", highlight=False)
+
+
+def _table(timeline: "Timeline") -> Table:
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for heading in ("onset [s]", "detected", "lasts [s]"):
+        table.add_column(heading, justify="right")
+    table.add_column("kind")
+    table.add_column("sure", justify="right")
+    table.add_column("force [N]", justify="right")
+    table.add_column("along")
+    table.add_column("why")
+    for event in timeline:
+        table.add_row(*_cells(event))
+    return table
+
+
+def _cells(event: "ContactEvent") -> tuple[str | Text, ...]:
+    why = event.evidence[0].text if event.evidence else ""
+    return (
+        f"{event.onset_s:.3f}",
+        f"+{(event.detected_s - event.onset_s) * 1e3:.0f} ms",
+        "still" if event.end_s is None else f"{event.end_s - event.onset_s:.2f}",
+        Text(event.kind.replace("_", " "), style=KIND_STYLES[event.kind]),
+        f"{event.confidence:.2f}",
+        f"{event.peak_force_n:.1f}" + ("*" if event.damped else ""),
+        " ".join(event.directions),
+        Text(why.partition(": ")[2] or why),
+    )

@@ -1,0 +1,101 @@
+"""The configuration of a monitor."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field
+
+from tactful.classification import KinestheticConfig
+from tactful.config import Config, ConfigError
+from tactful.detection import ContactConfig, FrequencyConfig
+from tactful.estimation import ObserverConfig, WrenchConfig
+from tactful.robots import Robot
+from tactful.signals import largest_band_hz
+
+Source = Literal["tau", "tau_ext", "wrench"]
+
+
+class RobotConfig(Config):
+    """The arm, for a monitor that is given none."""
+
+    model: str | None = None
+    """Name of a built-in arm, or path of an MJCF or URDF file; None for recordings of a wrench alone."""
+    tip: str | None = None
+    """Frame at which the force is estimated; None takes the model's default."""
+    gravity_m_s2: tuple[float, float, float] | None = None
+    """Gravity in the base frame, for an arm on a wall or a ceiling; None takes the model's [m/s^2]."""
+    payload_kg: Annotated[float, Field(ge=0)] = 0.0
+    """Mass of a tool or a load at the tip [kg]."""
+    payload_com_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Its centre of mass in the tip frame [m]."""
+
+    def load(self) -> Robot | None:
+        """Return the arm as it is mounted and loaded, or None without a model.
+
+        Raises:
+            RobotError: if there is no such model or frame.
+        """
+        if self.model is None:
+            return None
+        robot = Robot.load(self.model, tip=self.tip)
+        if self.gravity_m_s2 is not None:
+            robot = robot.with_gravity(self.gravity_m_s2)
+        return robot.with_payload(self.payload_kg, self.payload_com_m) if self.payload_kg else robot
+
+
+class MonitorConfig(Config):
+    """Everything that a monitor can be told. Frozen; stored with every result.
+
+    Example:
+        >>> MonitorConfig(frequency={"threshold_n": 1.5}).frequency.threshold_n
+        1.5
+    """
+
+    rate_hz: Annotated[float, Field(gt=0)] = 1000.0
+    """Nominal sampling rate [Hz]. Time stamps may jitter; windows count samples."""
+    source: Literal["auto", "tau", "tau_ext", "wrench"] = "auto"
+    """What the force is estimated from: measured joint torque, the robot's own external torque, or a wrench; "auto"
+    takes the first of them that is there."""
+    robot: RobotConfig = RobotConfig()
+    observer: ObserverConfig = ObserverConfig()
+    wrench: WrenchConfig = WrenchConfig()
+    frequency: FrequencyConfig = FrequencyConfig()
+    contact: ContactConfig = ContactConfig()
+    kinesthetic: KinestheticConfig = KinestheticConfig()
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Return the configuration that a TOML file holds; what it does not name has its default.
+
+        Raises:
+            ConfigError: if the file cannot be read, is not TOML, or has an unknown key or a value that is not allowed.
+        """
+        file = Path(path)
+        try:
+            data: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ConfigError(str(file), "", f"cannot be read: {error.strerror}") from None
+        except UnicodeDecodeError:
+            raise ConfigError(str(file), "", "is not text: a configuration is a TOML file in UTF-8") from None
+        except tomllib.TOMLDecodeError as error:
+            raise ConfigError(str(file), "", f"is not TOML: {error}") from None
+        return cls(**data)
+
+    def fitted_to(self, rate_hz: float) -> Self:
+        """Return this configuration for another sampling rate; within 5 % it stays what it is.
+
+        A window and a band that were set stay as they are. Left at their defaults, they become what the rate carries of
+        them: a window of half a second and the band 10-100 Hz or, below 200 Hz, all that the rate carries.
+        """
+        if abs(rate_hz / self.rate_hz - 1) <= 0.05:
+            return self
+        frequency = self.frequency
+        if not {"window", "band_hz"} & frequency.model_fields_set:
+            window = max(2, round(0.5 * rate_hz))
+            low, high = largest_band_hz(rate_hz, window)
+            band = (10.0, 100.0) if high >= 100 else (low, high)
+            frequency = frequency.model_copy(update={"window": window, "band_hz": band})
+        return self.model_copy(update={"rate_hz": rate_hz, "frequency": frequency})

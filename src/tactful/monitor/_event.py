@@ -1,0 +1,72 @@
+"""A contact, as the monitor tells it."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from tactful.classification import Evidence, Kind
+
+Phase = Literal["began", "changed", "ended"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactEvent:
+    """What is known of one contact; immutable, and equal to another that says the same.
+
+    Forces and torques act from the environment on the robot. They are what the contact added since just before its
+    onset, so a constant bias of the estimate is not in them.
+    """
+
+    id: int
+    """Number of the contact, from 0; all events of one contact have the same."""
+    phase: Phase
+    """Whether the contact began, changed (grew by a direction) or ended."""
+    kind: Kind
+    """What the contact is."""
+    onset_s: float
+    """When it began, by backward search [s]."""
+    detected_s: float
+    """When it was detected [s]."""
+    end_s: float | None
+    """When it ended [s]; None while it lasts."""
+    link: str | None
+    """The link that is touched; None where it is not known."""
+    directions: tuple[str, ...]
+    """The directions in which it was detected, of x, y and z of the base."""
+    force_n: tuple[float, ...]
+    """Force at the tip (3,), at the last change of the event, base axes [N]."""
+    peak_force_n: float
+    """Largest magnitude of that force so far [N]."""
+    torque_ext_nm: tuple[float, ...]
+    """External joint torque (n,) at the last change [Nm]; empty where only a wrench is known."""
+    velocity_m_s: tuple[float, ...] | None
+    """Velocity of the tip (3,) just before the onset, base axes [m/s]; None where it is not known."""
+    confidence: float
+    """How sure the classifier is of the kind, in [0, 1]."""
+    evidence: tuple[Evidence, ...]
+    """Which rules decided, with their values and thresholds."""
+    sigma_min: float | None
+    """Smallest singular value of the tip's Jacobian at the detection: a force is uncertain where it is small."""
+    damped: bool
+    """Whether the force was damped near a singularity, and is too small along the lost direction."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers, strings and lists; what is not a finite number is None."""
+        return _plain(asdict(self))  # type: ignore[no-any-return]
+
+    def to_json(self) -> str:
+        """Return the event as one line of JSON."""
+        return json.dumps(self.to_dict(), allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

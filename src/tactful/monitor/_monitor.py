@@ -1,0 +1,440 @@
+"""The contact monitor."""
+
+from __future__ import annotations
+
+import copy
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Self
+
+import numpy as np
+from numba import typeof
+from numpy.typing import ArrayLike, NDArray
+
+from tactful.classification import Classifier, KinestheticClassifier, Onset, Verdict
+from tactful.detection import AXES
+from tactful.detection.contact_state import (
+    COLLISION,
+    CONTACT,
+    COOPERATION,
+    DETECTED,
+    ENDED,
+    FREE,
+    NEW_DIRECTION,
+    NOTHING,
+    tell,
+)
+from tactful.errors import TactfulError
+from tactful.estimation._wrench import smallest_singular_value
+from tactful.monitor import _kernel
+from tactful.monitor._config import MonitorConfig, Source
+from tactful.monitor._event import ContactEvent
+from tactful.monitor._memory import Memory, row_dtype
+from tactful.monitor._timeline import Health, Timeline
+from tactful.recordings import Recording
+from tactful.robots import Robot
+from tactful.signals import onset_index
+
+_SOURCES: dict[Source, int] = {"tau": _kernel.TAU, "tau_ext": _kernel.TAU_EXT, "wrench": _kernel.WRENCH}
+_STATES = {"collision": COLLISION, "cooperation": COOPERATION}
+_BLOCK = 100_000
+_BEFORE_S = 0.02
+"""Time over which the force and the torque without the contact are averaged [s]."""
+_GUARD_S = 0.03
+"""How long before the onset that time ends: the onset is set where the force has already risen a little [s]."""
+
+
+class SampleError(TactfulError):
+    """A sample or a recording that does not fit the monitor."""
+
+
+class Monitor:
+    """Tell from joint sensors when an arm is touched, how hard, and what the touch is.
+
+    Each sample goes through one kernel: external joint torque (`MomentumObserver`), wrench at the tip
+    (`external_wrench`), its level in a frequency band (`SlidingDFT`), and the states of a contact (`ContactConfig`).
+    When a contact is detected, the classifier says what it is from the second before. `update` takes one sample, `run` a
+    recording; `run` is `update` over the rows, bit for bit.
+
+    A bad sample (a value that is not finite, time that does not advance) is counted and skipped; after a gap in time
+    the monitor starts anew. It is `degraded` for a second after either. It can be copied and pickled while it runs.
+
+    Args:
+        robot: the arm; by default the one that the configuration names, if any. Without one, it takes wrenches alone.
+        config: the settings.
+        classifier: what tells the kind of a contact; by default `KinestheticClassifier(config.kinesthetic)`.
+
+    Raises:
+        ConfigError, BandError: if a setting does not fit the robot or the rate.
+
+    Example:
+        >>> import numpy as np
+        >>> from tactful import Monitor, Robot
+        >>> panda = Robot.load("panda")
+        >>> monitor = Monitor(panda)
+        >>> monitor.update(0.0, q=panda.home, dq=np.zeros(7), tau=np.zeros(7)) is None
+        True
+    """
+
+    def __init__(
+        self, robot: Robot | None = None, config: MonitorConfig | None = None, *, classifier: Classifier | None = None
+    ) -> None:
+        self.config = config or MonitorConfig()
+        self.robot = robot = robot or self.config.robot.load()
+        self.classifier = classifier or KinestheticClassifier(self.config.kinesthetic)
+        self._memory = Memory(robot, self.config)
+        self._source: Source | None = None
+        self._channels: tuple[str, ...] = ()
+        self._event: ContactEvent | None = None
+        self._waiting: deque[ContactEvent] = deque()
+        self._contacts = 0
+        self._free_since_s = -np.inf
+        self._bind()
+
+    def _bind(self) -> None:
+        """Keep what `update` needs in every sample at hand."""
+        memory = self._memory
+        sample = memory.sample[0]
+        self._arrays = memory.arrays
+        fields = (("q", "q"), ("dq", "dq"), ("tau", "tau"), ("tau_ext", "tau"), ("wrench", "wrench"))
+        self._views = tuple(sample[field] if channel in self._channels else None for channel, field in fields)
+        self._t = memory.sample["t"]
+
+    def __copy__(self) -> Self:
+        """Return a monitor of its own that goes on from here."""
+        return copy.deepcopy(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the views into the memory."""
+        views = ("_arrays", "_views", "_t")
+        return {key: value for key, value in self.__dict__.items() if key not in views}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make new views into the memory."""
+        self.__dict__.update(state)
+        self._bind()
+
+    @property
+    def health(self) -> Health:
+        """How good the samples were so far."""
+        record = self._memory.record[0]
+        return Health(**{key: int(record[key]) for key in ("samples", "nonfinite", "backward", "gaps", "repeated")})
+
+    @property
+    def degraded(self) -> bool:
+        """Whether a sample of the last second was bad."""
+        record = self._memory.record[0]
+        return bool(record["last_bad"] >= 0 and record["samples"] - record["last_bad"] < self.config.rate_hz)
+
+    @property
+    def ready(self) -> bool:
+        """Whether enough samples have come since the last start that a contact can be detected."""
+        record = self._memory.record[0]
+        return bool(record["since_start"] >= record["warm_up"])
+
+    @property
+    def contact(self) -> ContactEvent | None:
+        """The contact that is there now."""
+        return self._event
+
+    def update(
+        self,
+        t: float,
+        q: ArrayLike | None = None,
+        dq: ArrayLike | None = None,
+        tau: ArrayLike | None = None,
+        *,
+        tau_ext: ArrayLike | None = None,
+        wrench: ArrayLike | None = None,
+    ) -> ContactEvent | None:
+        """Take one sample and return the contact that began, changed or ended with it.
+
+        Args:
+            t: time [s].
+            q: joint positions (n,) [rad].
+            dq: joint velocities (n,) [rad/s].
+            tau: measured joint torque, gravity included (n,) [Nm].
+            tau_ext: external joint torque as the robot estimates it (n,) [Nm], where there is no `tau`.
+            wrench: external wrench at the tip, base axes (6,) [N, Nm], where there is no torque at all.
+
+        Raises:
+            SampleError: if the channels are not those of the first sample, or have a wrong length.
+        """
+        if self._source is None:
+            given = {"q": q, "dq": dq, "tau": tau, "tau_ext": tau_ext, "wrench": wrench}
+            self._listen(tuple(name for name, value in given.items() if value is not None))
+        try:
+            self._t[0] = t
+            for view, value in zip(self._views, (q, dq, tau, tau_ext, wrench), strict=True):
+                if view is not None:
+                    if len(value) != len(view):  # type: ignore[arg-type]
+                        raise ValueError
+                    view[:] = value
+        except (TypeError, ValueError):
+            raise self._misfit(q=q, dq=dq, tau=tau, tau_ext=tau_ext, wrench=wrench) from None
+        code = _kernel.update(*self._arrays)
+        if code == NOTHING or code == _kernel.SKIPPED:
+            return self._waiting.popleft() if self._waiting else None
+        return self._react(code)
+
+    def run(
+        self,
+        recording: Recording,
+        *,
+        trace: bool = False,
+        progress: Callable[[int], None] | None = None,
+    ) -> Timeline:
+        """Take all samples of a recording and return the contacts in it.
+
+        The monitor goes on where it is: for another recording, take another monitor.
+
+        Args:
+            recording: what was recorded; its rate has to be that of the configuration, within 5 %.
+            trace: whether to keep forces, levels and states of all samples, which `Timeline.plot` needs.
+            progress: called with the number of samples taken, every 100 000 samples and at the end.
+
+        Raises:
+            SampleError: if the recording lacks a channel, or has another rate or number of joints.
+        """
+        rate_hz = recording.rate_hz
+        if not abs(rate_hz / self.config.rate_hz - 1) <= 0.05:
+            raise SampleError(
+                f"{recording.source}: sampled at {rate_hz:.4g} Hz, the monitor is set to {self.config.rate_hz:g} Hz; "
+                f"use config.fitted_to(recording.rate_hz), or set rate_hz"
+            )
+        if self._source is None:
+            self._listen(tuple(recording.channels))
+        rows = self._rows(recording)
+        t = rows[0]
+        n = max(self._memory.n, 1)
+        traced: Any = np.empty(len(t) if trace else 0, row_dtype(n))
+        latest: dict[int, ContactEvent] = {}
+
+        def keep(event: ContactEvent | None) -> None:
+            if event is not None:
+                latest[event.id] = event
+
+        k = 0
+        while k < len(t):
+            stop = len(t) if progress is None else min(len(t), (k // _BLOCK + 1) * _BLOCK)
+            if self._waiting:
+                stop = k + 1
+            k, code = _kernel.run(*self._arrays, *rows, k, stop, traced)
+            if code == NOTHING:
+                keep(self._waiting.popleft() if self._waiting else None)
+            else:
+                keep(self._react(code))
+                if trace:
+                    traced["state"][k - 1] = self._memory.record[0]["contact"]["state"]
+            if progress is not None and (k % _BLOCK == 0 or k == len(t)):
+                progress(k)
+        for event in self._waiting:
+            keep(event)
+        if self._event is not None:
+            keep(replace(self._event, peak_force_n=self._peak()))
+        good = t[np.isfinite(t)]
+        return Timeline(
+            events=tuple(latest[number] for number in sorted(latest)),
+            health=self.health,
+            config=self.config,
+            robot=self.robot.name if self.robot else None,
+            source=recording.source,
+            start_s=float(good[0]) if len(good) else float("nan"),
+            end_s=float(good[-1]) if len(good) else float("nan"),
+            trace=traced if trace else None,
+        )
+
+    def warm_up(self) -> bool:
+        """Compile the kernels or load them compiled, without taking a sample; return whether they had to be compiled.
+
+        The first monitor ever for a number of joints compiles for about ten seconds, later ones load the result. Call
+        it before a loop that must not wait.
+        """
+        empty = [
+            _readonly(np.empty(0)),
+            *(_readonly(np.empty((0, width))) for width in (*(max(self._memory.n, 1),) * 3, 6)),
+        ]
+        misses = [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
+        _kernel.run(*self._arrays, *empty, 0, 0, np.empty(0, row_dtype(max(self._memory.n, 1))))
+        _kernel.update.compile(tuple(typeof(array) for array in self._arrays))
+        return misses != [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
+
+    def _listen(self, given: tuple[str, ...]) -> None:
+        """Choose the source of the force from the channels that are there."""
+        wanted = self.config.source
+        possible: tuple[Source, ...] = ("tau", "tau_ext", "wrench") if wanted == "auto" else (wanted,)
+        needs: dict[Source, tuple[str, ...]] = {
+            "tau": ("q", "dq", "tau"),
+            "tau_ext": ("q", "tau_ext"),
+            "wrench": ("wrench",),
+        }
+        arm = self.robot is not None
+        for source in possible:
+            if all(channel in given for channel in needs[source]) and (arm or source == "wrench"):
+                break
+        else:
+            lacking = "; ".join(
+                f"{source} needs {', '.join(needs[source])}" + ("" if arm or source == "wrench" else " and a robot")
+                for source in possible
+            )
+            raise SampleError(f"no external force can be estimated from {', '.join(given) or 'nothing'}: {lacking}")
+        motion = tuple(channel for channel in ("q", "dq") if arm and channel in given)
+        self._source = source
+        self._channels = (*(motion if "q" in motion else ()), source)
+        sample = self._memory.sample[0]
+        sample["source"] = _SOURCES[source]
+        sample["has_q"] = "q" in self._channels
+        sample["has_dq"] = "dq" in self._channels
+        self._bind()
+
+    def _rows(self, recording: Recording) -> tuple[NDArray[np.float64], ...]:
+        """Return t, q, dq, tau and wrench as the kernel takes them, with no rows where they are not needed."""
+        n = self._memory.n
+
+        def channel(name: str, width: int) -> NDArray[np.float64]:
+            if name not in self._channels:
+                return _readonly(np.empty((0, max(width, 1))))
+            values = recording.channels.get(name)
+            if values is None:
+                raise SampleError(f"{recording.source}: has no channel {name}, which the monitor listens to")
+            if values.shape[1] != width:
+                raise SampleError(
+                    f"{recording.source}: {name} has {values.shape[1]} columns, but "
+                    f"{self.robot.name if self.robot else 'a wrench'} has {width}; choose the robot that was recorded"
+                )
+            return _readonly(values)
+
+        torque = "tau_ext" if self._source == "tau_ext" else "tau"
+        return _readonly(recording.t), channel("q", n), channel("dq", n), channel(torque, n), channel("wrench", 6)
+
+    def _misfit(self, **given: ArrayLike | None) -> SampleError:
+        for name in self._channels:
+            width = 6 if name == "wrench" else self._memory.n
+            value = given[name]
+            if value is None:
+                return SampleError(f"sample without {name}, which was there in the first sample")
+            length = np.size(value)
+            if length != width:
+                return SampleError(f"{name} has {length} numbers, but {width} are needed")
+        return SampleError("the sample has values that are not numbers")
+
+    def _react(self, code: int) -> ContactEvent | None:
+        """Tell what a sample brought."""
+        if code == DETECTED:
+            return self._detected()
+        if code == NEW_DIRECTION:
+            return self._new_direction()
+        assert code in (ENDED, _kernel.RESTARTED)
+        ago = int(self._memory.record[0]["contact"]["ended_ago"]) if code == ENDED else 1
+        end_s = float(self._memory.recent(ago + 1)["t"][0])
+        ended = self._ended(end_s)
+        self._event = None
+        self._free_since_s = end_s
+        return ended
+
+    def _ended(self, end_s: float) -> ContactEvent:
+        assert self._event is not None
+        return replace(self._event, phase="ended", end_s=end_s, peak_force_n=self._peak())
+
+    def _peak(self) -> float:
+        assert self._event is not None
+        return max(self._event.peak_force_n, float(self._memory.record[0]["contact"]["peak"]))
+
+    def _detected(self) -> ContactEvent:
+        onset = self._onset()
+        before = self._before(onset)
+        contact = self._memory.record[0]["contact"]
+        contact["force_free"] = before["wrench"][:3]
+        return self._begin(onset, self.classifier.classify(onset), before)
+
+    def _new_direction(self) -> ContactEvent:
+        onset = self._onset()
+        current = self._event
+        assert current is not None
+        contact = self._memory.record[0]["contact"]
+        merged = float(onset.t[onset.index]) - current.onset_s <= self.config.contact.merge_s
+        verdict = None if merged else self.classifier.classify(onset)
+        if verdict is not None and verdict.kind == "cooperation":
+            self._waiting.append(self._ended(float(onset.t[onset.index])))
+            return self._begin(onset, verdict, self._before(onset))
+        tell(contact, COLLISION)
+        self._event = replace(
+            current,
+            phase="changed",
+            directions=tuple(axis for axis in AXES if axis in current.directions or onset.directions[AXES.index(axis)]),
+            peak_force_n=self._peak(),
+            evidence=current.evidence + (verdict.evidence if verdict else ()),
+        )
+        return self._event
+
+    def _begin(self, onset: Onset, verdict: Verdict, before: dict[str, NDArray[np.float64]]) -> ContactEvent:
+        record = self._memory.record[0]
+        contact = record["contact"]
+        contact["force_before"] = before["wrench"][:3]
+        force = onset.force_n[-1] - before["wrench"][:3]
+        contact["peak"] = float(np.linalg.norm(force))
+        tell(contact, _STATES.get(verdict.kind, CONTACT))
+        placed = bool(self._memory.sample[0]["has_q"])
+        torque = () if onset.tau_ext_nm is None else onset.tau_ext_nm[-1] - before["tau_ext"]
+        velocity = onset.velocity_before_m_s(_BEFORE_S)
+        self._event = ContactEvent(
+            id=self._contacts,
+            phase="began",
+            kind=verdict.kind,
+            onset_s=float(onset.t[onset.index]),
+            detected_s=float(onset.t[-1]),
+            end_s=None,
+            link=None,
+            directions=tuple(axis for axis, there in zip(AXES, onset.directions, strict=True) if there),
+            force_n=tuple(float(x) for x in force),
+            peak_force_n=float(np.linalg.norm(force)),
+            torque_ext_nm=tuple(float(x) for x in torque),
+            velocity_m_s=None if velocity is None else tuple(float(x) for x in velocity),
+            confidence=verdict.confidence,
+            evidence=verdict.evidence,
+            sigma_min=smallest_singular_value(record["J"]) if placed else None,
+            damped=placed and self._source != "wrench" and bool(record["wrench"]["damped"]),
+        )
+        self._contacts += 1
+        return self._event
+
+    def _onset(self) -> Onset:
+        """Search the contact time backwards along the direction that is furthest above its threshold."""
+        contact = self._memory.record[0]["contact"]
+        count = round(self.config.contact.search_s * self.config.rate_hz)
+        rows = self._memory.recent(min(count, int(self._memory.record[0]["since_start"])))
+        after = rows["t"] > self._free_since_s
+        if contact["state"] == FREE and after.sum() >= 3:
+            rows = rows[after]
+        directions = np.array([bool(int(contact["pending"]) >> i & 1) for i in range(len(AXES))])
+        ratio = np.where(directions, rows["level"][-1] / contact["threshold"], 0.0)
+        force = rows["wrench"][:, :3]
+        known = bool(self._memory.sample[0]["has_dq"])
+        return Onset(
+            rate_hz=self.config.rate_hz,
+            t=rows["t"],
+            force_n=force,
+            moment_nm=rows["wrench"][:, 3:],
+            velocity_m_s=rows["twist"][:, :3] if known else None,
+            tau_ext_nm=None if self._source == "wrench" else rows["tau_ext"],
+            index=onset_index(force[:, int(np.argmax(ratio))], fraction=self.config.contact.onset_fraction),
+            directions=directions,
+            in_collision=bool(contact["state"] == COLLISION),
+        )
+
+    def _before(self, onset: Onset) -> dict[str, NDArray[np.float64]]:
+        """Return the mean wrench and external torque just before the onset."""
+        count, guard = (round(span_s * self.config.rate_hz) for span_s in (_BEFORE_S, _GUARD_S))
+        last = max(0, onset.index - guard)
+        span = slice(max(0, last + 1 - max(1, count)), last + 1)
+        wrench = np.concatenate([onset.force_n[span], onset.moment_nm[span]], axis=1).mean(axis=0)
+        torque = np.zeros(0) if onset.tau_ext_nm is None else onset.tau_ext_nm[span].mean(axis=0)
+        return {"wrench": wrench, "tau_ext": torque}
+
+
+def _readonly(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a contiguous read-only view, so that numba sees one type whatever the recording's arrays are."""
+    view = np.ascontiguousarray(array, dtype=np.float64).view()
+    view.flags.writeable = False
+    return view
