@@ -13,7 +13,7 @@ REQUIRE_ALL = bool(os.environ.get("TACTFUL_REQUIRE_ALL"))
 
 
 def pytest_configure() -> None:
-    """Drop compiled kernels that are older than any source: numba looks at a kernel's own file, not at what it calls."""
+    """Drop compiled kernels older than any source: numba looks at a kernel's own file, not at what it calls."""
     package = Path(__file__).parents[1] / "src" / "tactful"
     newest = max(source.stat().st_mtime for source in package.rglob("*.py"))
     for index in package.rglob("*.nbi"):

@@ -134,9 +134,8 @@ def test_the_force_change_is_cut_at_the_detection() -> None:
 
 def test_confidence_is_a_half_at_the_threshold_and_grows_away_from_it() -> None:
     """The confidence is a plain function of the margin."""
-    sure = [
-        classify("angle", -np.array([np.cos(a), np.sin(a), 0]), [0.1, 0, 0]) for a in np.radians([0, 15, 29.9, 31, 60])
-    ]
+    angles = np.radians([0, 15, 29.9, 31, 60])
+    sure = [classify("angle", [-np.cos(angle), -np.sin(angle), 0], [0.1, 0, 0]) for angle in angles]
     assert [verdict.kind for verdict in sure] == ["collision"] * 3 + ["cooperation"] * 2
     values = [verdict.confidence for verdict in sure]
     assert values[0] == 1.0

@@ -112,7 +112,7 @@ def test_the_force_is_that_of_the_contact_whatever_the_bias(panda: Robot, touche
 
 
 def test_the_robots_own_external_torque_takes_the_place_of_the_observer(panda: Robot, touched: Recording) -> None:
-    """With `tau_ext` the observer is skipped; the exact external torque gives the same contacts, earlier if anything."""
+    """With `tau_ext` the observer is skipped; the exact external torque gives the same contacts."""
     assert touched.q is not None
     dynamics = Dynamics(panda)
     force = COLLISION.at(touched.t) + PUSH.at(touched.t)

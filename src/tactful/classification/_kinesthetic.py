@@ -75,7 +75,7 @@ class KinestheticClassifier:
         v = onset.velocity_before_m_s(config.velocity_s)
         if v is None:
             text = "unclassified: the velocity of the arm is not known (needs q and dq)"
-            return Verdict("contact", 0.5, (Evidence("no velocity", float("nan"), float("nan"), text),))
+            return Verdict("contact", 0.5, (Evidence("no velocity", None, None, text),))
         dF = onset.force_change_n(config.secant_s)
         if not (np.linalg.norm(dF) > 0 and np.linalg.norm(v) >= config.standstill_m_s and np.any(v)):
             return self._at_rest(onset, dF, v)

@@ -12,11 +12,11 @@ Kind = Literal["contact", "collision", "cooperation", "expected_impact", "unexpe
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Which rule decided, with the value that it saw, the threshold that it has, and a sentence for people."""
+    """Which rule decided, with its value and its threshold (None where there is none) and a sentence for people."""
 
     rule: str
-    value: float
-    threshold: float
+    value: float | None
+    threshold: float | None
     text: str
 
 

@@ -54,8 +54,8 @@ class Monitor:
 
     Each sample goes through one kernel: external joint torque (`MomentumObserver`), wrench at the tip
     (`external_wrench`), its level in a frequency band (`SlidingDFT`), and the states of a contact (`ContactConfig`).
-    When a contact is detected, the classifier says what it is from the second before. `update` takes one sample, `run` a
-    recording; `run` is `update` over the rows, bit for bit.
+    When a contact is detected, the classifier says what it is from the second before. `update` takes one sample, `run`
+    a recording; `run` is `update` over the rows, bit for bit.
 
     A bad sample (a value that is not finite, time that does not advance) is counted and skipped; after a gap in time
     the monitor starts anew. It is `degraded` for a second after either. It can be copied and pickled while it runs.
