@@ -114,8 +114,9 @@ def observe(observer: Any, motion: Any, dt: float, dq: Vector, tau: Vector) -> N
 @njit(cache=True)
 def observe_motion(arm: Any, motion: Any, observer: Any, dt: float, q: Vector, dq: Vector, tau: Vector) -> None:
     """Take one sample, after `place`: velocity, momentum and residual."""
-    step = sense(observer.velocity, observer.started == 0, dt, q, dq)
-    if step > 0.0:
+    start = observer.started == 0
+    step = sense(observer.velocity, start, dt, q, dq)
+    if start or step > 0.0:
         v = observer.velocity.v
         kernels.momentum_terms(arm, motion, v)
         observe(observer, motion, step, v, tau)

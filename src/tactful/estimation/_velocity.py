@@ -15,7 +15,7 @@ MAX_WINDOW = 32
 """Longest window of the slope [samples]."""
 _MOVING_RAD_S = 0.05
 """Speed over all joints from which position and velocity tell the time between two samples [rad/s]."""
-_SLACK = 3.0
+_SLACK = 6.0
 """How far the time that position and velocity tell may be from the stamps' [periods of the clock]."""
 _FORGET = 1e-3
 """Share of the difference between the clocks that each sample forgets: they need not run at the same speed."""
@@ -48,23 +48,20 @@ def _elapsed(state: Any, dt: float, q: Vector, dq: Vector) -> float:
     Each step of the robot is a whole number of its periods. While the arm moves, dx . v / |v|^2 tells which.
     """
     waited = state.behind + dt
-    along, speed, changed = 0.0, 0.0, False
+    along, speed = 0.0, 0.0
     for i in range(q.shape[0]):
         v = 0.5 * (dq[i] + state.dq[i])
         along += (q[i] - state.q[i]) * v
         speed += v * v
-        changed = changed or q[i] != state.q[i]
-    moving = speed > _MOVING_RAD_S * _MOVING_RAD_S
-    if moving and not changed and waited < _SLACK * state.clock:
-        state.behind = waited
-        return 0.0
-    step = max(1.0, np.round(waited / state.clock)) * state.clock
-    if moving:
-        told = max(1.0, np.round(along / speed / state.clock)) * state.clock
-        if abs(waited - told) < _SLACK * state.clock:
-            step = told
-    state.behind = (waited - step) * (1.0 - _FORGET)
-    return step  # type: ignore[no-any-return]
+    periods = max(1.0, np.round(waited / state.clock))
+    if speed > _MOVING_RAD_S * _MOVING_RAD_S:
+        told = max(0.0, np.round(along / speed / state.clock))
+        if abs(waited / state.clock - told) < _SLACK:
+            periods = told
+    state.behind = waited - periods * state.clock
+    if periods > 0.0:
+        state.behind *= 1.0 - _FORGET
+    return periods * state.clock  # type: ignore[no-any-return]
 
 
 @njit(cache=True)

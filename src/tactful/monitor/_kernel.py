@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactful.detection.contact_state import FREE, NOTHING, advance, clear
 from tactful.dynamics import kernels
-from tactful.estimation._momentum_observer import observe
+from tactful.estimation._momentum_observer import observe_motion
 from tactful.estimation._wrench import solve_wrench
 from tactful.signals import _sliding_dft
 
@@ -66,8 +66,7 @@ def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> None:
     if sample.source == WRENCH:
         return
     if sample.source == TAU:
-        kernels.momentum_terms(arm, motion, sample.dq)
-        observe(memory.observer, motion, dt, sample.dq, sample.tau)
+        observe_motion(arm, motion, memory.observer, dt, sample.q, sample.dq, sample.tau)
         row.tau_ext[:] = memory.observer.r
     solve_wrench(memory.wrench, J, row.tau_ext)
     row.wrench[:] = memory.wrench.F
