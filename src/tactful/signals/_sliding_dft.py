@@ -109,23 +109,25 @@ def step(state: Any, twiddle: NDArray[np.float64], window: NDArray[np.float64], 
     """
     N = twiddle.shape[0]
     n = state.k
-    cos, sin = twiddle[n, 0], twiddle[n, 1]
+    w = twiddle[n]
     for axis in range(window.shape[1]):
-        x = state.x[axis]
+        x, S = state.x[axis], sums[axis]
         change = x - window[n, axis]
         window[n, axis] = x
-        re, im, fresh_re, fresh_im = sums[axis, 0], sums[axis, 1], sums[axis, 2], sums[axis, 3]
-        for k in range(cos.shape[0]):
-            re[k] += change * cos[k]
-            im[k] += change * sin[k]
-            fresh_re[k] += x * cos[k]
-            fresh_im[k] += x * sin[k]
-        largest = np.sqrt(_largest_power(re, im)) if np.isfinite(re[0]) else np.nan
+        largest = 0.0  # power
+        for k in range(w.shape[1]):  # one pass, which runs on vector registers
+            cos, sin = w[0, k], w[1, k]
+            re, im = S[0, k] + change * cos, S[1, k] + change * sin
+            S[0, k], S[1, k] = re, im
+            S[2, k] += x * cos
+            S[3, k] += x * sin
+            largest = max(largest, re * re + im * im)
+        largest = np.sqrt(largest) if np.isfinite(S[0, 0]) else np.nan
         state.level[axis] = 2.0 / N * largest
         if state.p < np.inf and largest > 0.0:
             total = 0.0  # of amplitudes relative to the largest: no power overflows
-            for k in range(cos.shape[0]):
-                total += (np.sqrt(re[k] * re[k] + im[k] * im[k]) / largest) ** state.p
+            for k in range(w.shape[1]):
+                total += (np.sqrt(S[0, k] * S[0, k] + S[1, k] * S[1, k]) / largest) ** state.p
             state.level[axis] *= total ** (1.0 / state.p)
     state.k = n + 1
     state.filled = min(state.filled + 1, N)
@@ -136,15 +138,6 @@ def step(state: Any, twiddle: NDArray[np.float64], window: NDArray[np.float64], 
             sums[axis, 1, :] = sums[axis, 3]
             sums[axis, 2, :] = 0.0
             sums[axis, 3, :] = 0.0
-
-
-@njit(cache=True, fastmath={"nnan", "nsz"})
-def _largest_power(re: NDArray[np.float64], im: NDArray[np.float64]) -> float:
-    """Return the largest re^2 + im^2; the flags let it run on vector registers and change no bit for finite numbers."""
-    largest = 0.0
-    for k in range(re.shape[0]):
-        largest = max(largest, re[k] * re[k] + im[k] * im[k])
-    return largest
 
 
 @njit(cache=True)
