@@ -21,7 +21,7 @@ def test_demo_shows_truth_and_verdict_and_says_what_is_next(
     out = tmp_path / "a new" / "folder"
     assert main(["demo", "--out", str(out), "--seed", "1"]) == 0
     shown = capsys.readouterr().out
-    for word in ("truth", "monitor", "post, on panda_link7", "hand, on panda_link7", "onset [s]", "ms"):
+    for word in ("truth", "monitor", "post, panda_link7", "hand, panda_link7", "onset [s]", "ms"):
         assert word in shown
     assert {file.name for file in out.iterdir()} == {"demo.csv", "demo.csv.labels.json", "demo.png"}
     assert f"tactful monitor '{out / 'demo.csv'}' --robot panda" in shown

@@ -75,6 +75,7 @@ def _watch(episode: "Episode", watch: "Monitor", console: Console) -> list["Cont
                 f"[dim]{t:6.3f} s[/dim]",
                 Text(f"{event.kind} {event.phase}".replace("_", " ").ljust(19), style=KIND_STYLES[event.kind]),
                 f"[dim]{why}[/dim]",
+                soft_wrap=True,
             )
     return list(latest.values())
 
@@ -122,7 +123,7 @@ def _paired(
 def _truth(contact: "TrueContact", links: tuple[str, ...]) -> tuple[str | Text, ...]:
     return (
         Text(contact.kind, style=KIND_STYLES[contact.kind]),
-        f"{contact.name}, on {links[contact.link]}",
+        f"{contact.name}, {links[contact.link]}",
         f"{contact.touch_s:.3f}",
         "",
         f"{contact.end_s:.3f}",
