@@ -204,6 +204,8 @@ class CartesianImpedance:
             math.inf if config.torque_rate_nm_s is None else config.torque_rate_nm_s * config.period_s
         )
         self._controller = controller
+        self._inputs = tuple((name, controller[name]) for name in ("q", "dq", "R_d", "x_d"))
+        self._tau: Array = controller["tau"]
         self._arguments = (controller, arm[0], motion[0], np.zeros(robot.n))
 
     def torque(self, q: ArrayLike, dq: ArrayLike, rotation: ArrayLike, position_m: ArrayLike) -> Array:
@@ -218,18 +220,15 @@ class CartesianImpedance:
         Raises:
             TactfulError: if an argument has another shape, or is not finite.
         """
-        n = self.robot.n
-        given = {"q": (q, (n,)), "dq": (dq, (n,)), "R_d": (rotation, (3, 3)), "x_d": (position_m, (3,))}
-        controller = self._controller
-        for name, (value, shape) in given.items():
-            if np.shape(value) != shape:
-                raise TactfulError(f"{name} has shape {np.shape(value)}, but {self.robot.name} needs {shape}")
-            controller[name] = value
+        for (name, view), value in zip(self._inputs, (q, dq, rotation, position_m), strict=True):
+            if np.shape(value) != view.shape:
+                raise TactfulError(f"{name} has shape {np.shape(value)}, but {self.robot.name} needs {view.shape}")
+            view[:] = value
         _control(*self._arguments)
-        tau: Array = controller["tau"].copy()
+        tau = self._tau.copy()
         if not math.isfinite(tau.sum()):
             self.reset()
-            bad = next((name for name, (value, _) in given.items() if not np.isfinite(value).all()), "the torque")
+            bad = next((name for name, view in self._inputs if not np.isfinite(view).all()), "the torque")
             raise TactfulError(f"{self.robot.name}: {bad} is not finite; the torque of such a sample is not known")
         return tau
 
