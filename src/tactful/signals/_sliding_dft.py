@@ -134,10 +134,10 @@ def step(state: Any, twiddle: NDArray[np.float64], window: NDArray[np.float64], 
     if state.k == N:
         state.k = 0
         for axis in range(window.shape[1]):
-            sums[axis, 0, :] = sums[axis, 2]
-            sums[axis, 1, :] = sums[axis, 3]
-            sums[axis, 2, :] = 0.0
-            sums[axis, 3, :] = 0.0
+            S = sums[axis]
+            for k in range(S.shape[1]):
+                S[0, k], S[1, k] = S[2, k], S[3, k]
+                S[2, k] = S[3, k] = 0.0
 
 
 @njit(cache=True)
@@ -150,9 +150,11 @@ def _run(
     level: NDArray[np.float64],
 ) -> None:
     for n in range(x.shape[0]):
-        state.x[:] = x[n]
+        for axis in range(x.shape[1]):
+            state.x[axis] = x[n, axis]
         step(state, twiddle, window, sums)
-        level[n] = state.level
+        for axis in range(x.shape[1]):
+            level[n, axis] = state.level[axis]
 
 
 class SlidingDFT:
