@@ -74,17 +74,16 @@ def test_force_error_takes_the_bias_out() -> None:
     free, press = np.zeros(300), np.full(300, 4.0)
     recording = measured(np.concatenate([free, press, free]))
     wrench = 1.1 * recording.channels["wrench_ft"] + 0.7
-    recording = recording.with_channels(wrench=wrench)
+    recording = replace(recording.with_channels(wrench=wrench), labels=labels_from_wrench(recording))
     timeline = Monitor(config=MonitorConfig().fitted_to(100.0)).run(recording, trace=True)
-    assert len(timeline) == 1
     error = force_error(recording, timeline)
     assert error.rms_n[:2] == pytest.approx((0.0, 0.0), abs=1e-9)
-    assert error.rms_n[2] == pytest.approx(0.4, abs=0.02)
-    assert error.mean_n[2] == pytest.approx(0.4, abs=0.02)
+    assert error.rms_n[2] == pytest.approx(0.4, abs=1e-9)
+    assert error.mean_n[2] == pytest.approx(0.4, abs=1e-9)
     with pytest.raises(EvaluationError, match="no trace"):
         force_error(recording, replace(timeline, trace=None))
-    with pytest.raises(EvaluationError, match="no contact"):
-        force_error(recording, replace(timeline, events=()))
+    with pytest.raises(EvaluationError, match="no labelled contact"):
+        force_error(replace(recording, labels=()), timeline)
 
 
 def on_the_pad(number: int) -> tuple[Recording, Outcome, tuple[float, ...]]:

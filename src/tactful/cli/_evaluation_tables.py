@@ -161,7 +161,7 @@ def _percent(share: "Share") -> str:
     if not share.total:
         return "-"
     low, high = share.interval
-    return f"{100 * share.value:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+    return f"{100 * share.value:.3g} % [{100 * low:.3g}, {100 * high:.3g}]"
 
 
 def _rate(rate: "Rate") -> str:

@@ -84,14 +84,14 @@ class ForceError:
 
 
 def force_error(recording: Recording, timeline: Timeline) -> ForceError:
-    """Compare what the contacts of a timeline added to the estimated force with what they added to the measured one.
+    """Compare what the labelled contacts added to the estimated force with what they added to the measured one.
 
-    Of both, the mean over the 0.5 s before a contact's onset is taken as the force without it, up to 0.1 s before the
-    onset. Both have to stand in the same axes, and the sensor has to carry all of the contact.
+    Of both, the mean over the 0.5 s before a contact, up to 0.1 s before it, is taken as the force without it. Both
+    have to stand in the same axes, and the sensor has to carry all of the contact.
 
     Args:
-        recording: with the channel `wrench_ft`.
-        timeline: what the monitor found in it, with the trace.
+        recording: with the channel `wrench_ft` and labels.
+        timeline: what the monitor made of it, with the trace.
 
     Raises:
         EvaluationError: the sensor's channel or the trace is not there, or there is no contact to compare.
@@ -102,15 +102,14 @@ def force_error(recording: Recording, timeline: Timeline) -> ForceError:
     good = np.isfinite(measured).all(axis=1) & np.isfinite(timeline.trace["t"])  # not those that were skipped
     t, measured, estimated = recording.t[good], measured[good], timeline.trace["wrench"][good, :3]  # (k,), 2 x (k, 3)
     differences = []
-    for event in timeline:
-        end_s = timeline.end_s if event.end_s is None else event.end_s
-        inside = (t >= event.onset_s) & (t <= end_s)
-        before = (t >= event.onset_s - _GUARD_S - _BEFORE_S) & (t <= event.onset_s - _GUARD_S)
+    for label in recording.labels:
+        inside = (t >= label.start_s) & (t <= label.end_s)
+        before = (t >= label.start_s - _GUARD_S - _BEFORE_S) & (t <= label.start_s - _GUARD_S)
         if inside.any() and before.any():
             zero = (estimated[before] - measured[before]).mean(axis=0)
             differences.append(estimated[inside] - measured[inside] - zero)
     if not differences:
-        raise EvaluationError("there is no contact whose force could be compared", source=recording.source)
+        raise EvaluationError("it has no labelled contact whose force could be compared", source=recording.source)
     error = np.concatenate(differences)  # (k, 3)
     rms, mean = np.sqrt(np.mean(error**2, axis=0)), error.mean(axis=0)
     return ForceError(len(error), tuple(map(float, rms)), tuple(map(float, mean)))
