@@ -75,7 +75,7 @@ def test_the_value_of_a2_is_the_norm_of_the_ratio_of_unit_vectors() -> None:
 
 
 def test_the_literal_rule_is_singular_where_the_floored_one_is_not() -> None:
-    """A head-on collision along x with a trace of force along z: literally, cooperation. That is why there is a floor."""
+    """A head-on collision with a trace of force across it is literally cooperation: hence the floor."""
     force, velocity = [-10, 0, -0.3], [0.15, 0.0, 0.00001]
     assert classify("literal", force, velocity).kind == "cooperation"
     assert classify("floored", force, velocity).kind == "collision"

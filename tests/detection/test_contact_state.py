@@ -26,12 +26,14 @@ PAPER = ContactConfig(release_ratio=1.0, hold_s=0.0, release_force_n=None, colli
 
 def contact(config: ContactConfig) -> Any:
     """Return a contact with the threshold 1 N at 100 Hz."""
-    return contact_record(config, np.ones(3), 100.0)[0]
+    tolerance = np.full(3, np.inf if config.release_force_n is None else config.release_force_n)
+    return contact_record(config, np.ones(3), tolerance, 100.0)[0]
 
 
 def take(state: Any, *level: float, force: Any = NO_FORCE) -> int:
     """Take one sample."""
-    return advance(state, np.array(level), np.asarray(force, dtype=np.float64))
+    signal = np.asarray(force, dtype=np.float64)
+    return advance(state, np.array(level), signal, signal)
 
 
 def test_free_until_a_level_is_above_its_threshold() -> None:
@@ -111,7 +113,7 @@ def test_a_contact_lasts_while_the_force_is_there() -> None:
 def test_help_out_of_a_collision_ends_when_the_arm_is_free() -> None:
     """Cooperation that began under the force of a collision ends also when that force is gone."""
     state = contact(ContactConfig(hold_s=0.0))
-    state["force_before"] = [0, 0, 9.0]
+    state["before"] = [0, 0, 9.0]
     take(state, 2, 0, 0)
     tell(state, COOPERATION)
     assert take(state, 0, 0, 0, force=[5, 0, 4.0]) == NOTHING
@@ -132,7 +134,7 @@ def test_against_a_plain_implementation_of_the_algorithm(seed: int) -> None:
     mode, active = "FREE", set[int]()
     for level in rng.gamma(1.0, 0.5, size=(3000, 3)):
         over = {i for i in range(3) if level[i] > 1.0}
-        code = advance(state, level, NO_FORCE)
+        code = advance(state, level, NO_FORCE, NO_FORCE)
         if mode == "FREE" and over:
             assert code == DETECTED
             mode, active = ("COLL", over) if rng.random() < 0.7 else ("COOP", over)

@@ -15,6 +15,7 @@ from tactful.monitor import Health, Timeline
 from tests.monitor._touched import Touch, recording
 
 # Home of the Panda swings about the vertical: the tip moves along +y.
+PAPER = MonitorConfig(mode="paper")
 COLLISION = Touch(1.0, 1.4, (0.0, -20.0, 0.0))
 PUSH = Touch(2.5, 3.2, (18.0, 0.0, 0.0), rise_s=0.05)
 
@@ -29,6 +30,12 @@ def panda() -> Robot:
 def touched(panda: Robot) -> Recording:
     """Four seconds with a collision and then a push."""
     return recording(panda, COLLISION, PUSH, noise_nm=0.02)
+
+
+@pytest.fixture(params=["fast", "paper"])
+def config(request: pytest.FixtureRequest) -> MonitorConfig:
+    """Both detectors: what is tested with this fixture holds for either."""
+    return MonitorConfig(mode=request.param)
 
 
 def stream(monitor: Monitor, samples: Recording, rows: range | None = None) -> list[ContactEvent]:
@@ -50,9 +57,9 @@ def changed(samples: Recording, **channels: Any) -> Recording:
     return Recording(t=np.array(t), channels={**kept, **channels}, source=samples.source, format=samples.format)
 
 
-def test_a_collision_and_a_push_are_told_apart(panda: Robot, touched: Recording) -> None:
+def test_a_collision_and_a_push_are_told_apart(panda: Robot, touched: Recording, config: MonitorConfig) -> None:
     """The whole chain on the plainest recording: two contacts, each of its kind, with time, force and direction."""
-    timeline = Monitor(panda).run(touched)
+    timeline = Monitor(panda, config).run(touched)
     assert [event.kind for event in timeline] == ["collision", "cooperation"]
     for event, touch in zip(timeline, (COLLISION, PUSH), strict=True):
         assert event.phase == "ended"
@@ -70,30 +77,34 @@ def test_a_collision_and_a_push_are_told_apart(panda: Robot, touched: Recording)
     assert not timeline.health.degraded
 
 
-def test_stream_is_batch_bit_for_bit(panda: Robot, touched: Recording) -> None:
+def test_stream_is_batch_bit_for_bit(panda: Robot, touched: Recording, config: MonitorConfig) -> None:
     """One code path: the events of `update` folded over the rows are those of `run`, and so is all the state."""
-    batch, single = Monitor(panda), Monitor(panda)
+    batch, single = Monitor(panda, config), Monitor(panda, config)
     timeline = batch.run(touched, trace=True)
     events = stream(single, touched)
     latest = {event.id: event for event in events}
     assert tuple(latest.values()) == timeline.events
     for name in ("record", "history"):
         assert getattr(batch._memory, name).tobytes() == getattr(single._memory, name).tobytes()
-    assert [event.phase for event in events if event.id == 0] == ["began", "ended"]
+    phases = [event.phase for event in events if event.id == 0]
+    assert (phases[0], phases[-1]) == ("began", "ended")
+    assert ("changed" in phases) == (config.mode == "fast")
 
 
-def test_run_in_pieces_is_run_at_once(panda: Robot, touched: Recording) -> None:
+def test_run_in_pieces_is_run_at_once(panda: Robot, touched: Recording, config: MonitorConfig) -> None:
     """A monitor goes on where it is, so a long log can be taken in parts."""
-    whole, pieces = Monitor(panda), Monitor(panda)
+    whole, pieces = Monitor(panda, config), Monitor(panda, config)
     timeline = whole.run(touched)
     latest = {event.id: event for part in ((0, 1.05), (1.05, 4)) for event in pieces.run(touched.between(*part))}
     assert tuple(latest.values()) == timeline.events
 
 
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda monitor: pickle.loads(pickle.dumps(monitor))])
-def test_a_copy_of_a_running_monitor_goes_on_identically(panda: Robot, touched: Recording, duplicate: Any) -> None:
+def test_a_copy_of_a_running_monitor_goes_on_identically(
+    panda: Robot, touched: Recording, config: MonitorConfig, duplicate: Any
+) -> None:
     """In the middle of a contact, and without a memory in common with the original."""
-    original = Monitor(panda)
+    original = Monitor(panda, config)
     stream(original, touched, range(1200))
     assert original.contact is not None
     twin = duplicate(original)
@@ -101,24 +112,28 @@ def test_a_copy_of_a_running_monitor_goes_on_identically(panda: Robot, touched: 
     assert stream(twin, touched, rest) == stream(original, touched, rest) != []
 
 
-def test_the_force_is_that_of_the_contact_whatever_the_bias(panda: Robot, touched: Recording) -> None:
+def test_the_force_is_that_of_the_contact_whatever_the_bias(
+    panda: Robot, touched: Recording, config: MonitorConfig
+) -> None:
     """A constant offset of the torque sensors of 1 Nm is not contact and not in the force of a contact."""
     assert touched.tau is not None
-    plain = Monitor(panda).run(touched)
-    biased = Monitor(panda).run(changed(touched, tau=touched.tau + 1.0))
+    plain = Monitor(panda, config).run(touched)
+    biased = Monitor(panda, config).run(changed(touched, tau=touched.tau + 1.0))
     assert [event.kind for event in biased] == [event.kind for event in plain]
     for one, other in zip(plain, biased, strict=True):
         assert other.peak_force_n == pytest.approx(one.peak_force_n, rel=0.03)
 
 
-def test_the_robots_own_external_torque_takes_the_place_of_the_observer(panda: Robot, touched: Recording) -> None:
+def test_the_robots_own_external_torque_takes_the_place_of_the_observer(
+    panda: Robot, touched: Recording, config: MonitorConfig
+) -> None:
     """With `tau_ext` the observer is skipped; the exact external torque gives the same contacts."""
     assert touched.q is not None
     dynamics = Dynamics(panda)
     force = COLLISION.at(touched.t) + PUSH.at(touched.t)
     tau_ext = np.array([dynamics.jacobian(q)[:3].T @ F for q, F in zip(touched.q, force, strict=True)])
     channels = {"q": touched.q, "dq": touched.channels["dq"], "tau_ext": tau_ext}
-    timeline = Monitor(panda).run(Recording(t=touched.t, channels=channels, source="ext", format="made"))
+    timeline = Monitor(panda, config).run(Recording(t=touched.t, channels=channels, source="ext", format="made"))
     assert [event.kind for event in timeline] == ["collision", "cooperation"]
     np.testing.assert_allclose(timeline.events[1].peak_force_n, 18.0, rtol=1e-3)
 
@@ -143,7 +158,7 @@ def test_torque_without_velocity_is_not_enough_for_the_observer(panda: Robot, to
         Monitor(panda).run(Recording(t=touched.t, channels=channels, source="log", format="made"))
 
 
-def test_bad_samples_are_counted_skipped_and_forgotten(panda: Robot, touched: Recording) -> None:
+def test_bad_samples_are_counted_skipped_and_forgotten(panda: Robot, touched: Recording, config: MonitorConfig) -> None:
     """A few samples of nonsense in a contact change neither the contacts nor their number."""
     q, dq, tau = (np.array(touched.channels[name]) for name in ("q", "dq", "tau"))
     t = np.array(touched.t)
@@ -153,7 +168,7 @@ def test_bad_samples_are_counted_skipped_and_forgotten(panda: Robot, touched: Re
     t[2000] = t[1999]
     t[2700] = t[2690]
     t[3500] = np.nan
-    monitor = Monitor(panda)
+    monitor = Monitor(panda, config)
     timeline = monitor.run(changed(touched, q=q, dq=dq, tau=tau, t=t))
     assert timeline.health == Health(samples=4000, nonfinite=4, backward=2, gaps=0, repeated=0)
     assert [event.kind for event in timeline] == ["collision", "cooperation"]
@@ -174,7 +189,7 @@ def test_degraded_is_over_after_a_second(panda: Robot, touched: Recording) -> No
     assert not monitor.degraded
 
 
-def test_a_gap_ends_the_contact_and_starts_anew(panda: Robot, touched: Recording) -> None:
+def test_a_gap_ends_the_contact_and_starts_anew(panda: Robot, touched: Recording, config: MonitorConfig) -> None:
     """After a second without samples nothing is known of the contact that was there, nor is the jump a contact."""
     keep = (touched.t < 1.2) | (touched.t > 3.25)
     gap = Recording(
@@ -183,21 +198,21 @@ def test_a_gap_ends_the_contact_and_starts_anew(panda: Robot, touched: Recording
         source="gap",
         format="made",
     )
-    monitor = Monitor(panda)
+    monitor = Monitor(panda, config)
     timeline = monitor.run(gap)
     assert timeline.health.gaps == 1
     assert [event.kind for event in timeline] == ["collision"]
     assert timeline.events[0].end_s == pytest.approx(1.199)
 
 
-def test_repeated_rows_are_counted_and_do_no_harm(panda: Robot, touched: Recording) -> None:
+def test_repeated_rows_are_counted_and_do_no_harm(panda: Robot, touched: Recording, config: MonitorConfig) -> None:
     """A logger that repeats 6 % of the rows, as a real one does, gives the same contacts."""
     rng = np.random.default_rng(3)
     index = np.arange(len(touched.t))
     held = np.flatnonzero(rng.random(len(index)) < 0.06)
     index[held] = np.maximum(held - 1, 0)
     rows = {name: np.array(values)[index] for name, values in touched.channels.items()}
-    timeline = Monitor(panda).run(changed(touched, **rows))
+    timeline = Monitor(panda, config).run(changed(touched, **rows))
     assert timeline.health.repeated > 150
     assert not timeline.health.degraded
     assert [event.kind for event in timeline] == ["collision", "cooperation"]
@@ -216,19 +231,18 @@ def test_one_impact_over_several_axes_is_one_contact(panda: Robot) -> None:
     rec = recording(
         panda, Touch(1.0, 2.0, (0, -25.0, 0), rise_s=0.02), Touch(1.1, 2.0, (0, 0, 20.0), rise_s=0.02), duration_s=3.0
     )
-    timeline = Monitor(panda).run(rec)
+    timeline = Monitor(panda, PAPER).run(rec)
     assert len(timeline) == 1
     assert timeline.events[0].kind == "collision"
     assert set(timeline.events[0].directions) >= {"y", "z"}
-    apart = MonitorConfig(contact={"merge_s": 0.0})
+    apart = MonitorConfig(mode="paper", contact={"merge_s": 0.0})
     assert len(Monitor(panda, apart).run(rec)) > 1
 
 
 def test_help_in_a_collision_replaces_it_by_cooperation(panda: Robot) -> None:
     """COLL -> COOP, the transition that the paper adds: the old event ends where the new one begins."""
     rec = recording(panda, Touch(0.8, 3.0, (0, -25.0, 0)), Touch(1.4, 3.0, (20.0, 0, 0)))
-    monitor = Monitor(panda)
-    events = stream(monitor, rec)
+    events = stream(Monitor(panda, PAPER), rec)
     assert [(event.kind, event.phase) for event in events] == [
         ("collision", "began"),
         ("cooperation", "began"),
@@ -236,7 +250,10 @@ def test_help_in_a_collision_replaces_it_by_cooperation(panda: Robot) -> None:
         ("cooperation", "ended"),
     ]
     assert events[2].end_s == events[1].onset_s
-    assert Monitor(panda).run(rec).events == (events[2], events[3])
+    assert Monitor(panda, PAPER).run(rec).events == (events[2], events[3])
+    fast = Monitor(panda).run(rec)
+    assert [event.kind for event in fast] == ["collision", "cooperation"]
+    assert fast.events[1].detected_s - 1.4 < 0.03
 
 
 def test_an_open_contact_is_in_the_timeline(panda: Robot) -> None:
@@ -292,12 +309,13 @@ def test_a_recording_of_another_robot_or_rate_is_refused(panda: Robot, touched: 
 def test_the_literature_settings_differ_as_described(panda: Robot, touched: Recording) -> None:
     """All of the paper's own values can be set, and the collision then never becomes free motion."""
     paper = MonitorConfig(
+        mode="paper",
         contact={"release_ratio": 1.0, "hold_s": 0, "release_force_n": None, "collision_to_free": False, "merge_s": 0},
         kinesthetic={"rule": "literal", "secant_s": 0, "velocity_s": 0, "standstill_m_s": 0},
     )
     timeline = Monitor(panda, paper).run(touched)
     assert timeline.events[0].kind in ("collision", "cooperation")
-    assert timeline.events[0].detected_s == Monitor(panda).run(touched).events[0].detected_s
+    assert timeline.events[0].detected_s == Monitor(panda, PAPER).run(touched).events[0].detected_s
 
 
 @pytest.mark.parametrize("name", Robot.names())
@@ -317,7 +335,7 @@ def test_ten_million_samples_without_drift() -> None:
     wrench = np.concatenate([3.0 + 0.05 * rng.normal(size=(block, 3)), np.zeros((block, 3))], axis=1)
     last = wrench.copy()
     last[-1000:-500, 2] -= 9.0
-    monitor = Monitor()
+    monitor = Monitor(config=PAPER)
     for k in range(10):
         rec = Recording(
             t=(k * block + np.arange(block)) / 1000,

@@ -24,6 +24,8 @@ class Onset:
         index: the sample at which the contact began, from the backward search.
         directions: which of x, y and z were detected (3,).
         in_collision: whether another contact, a collision, was there already.
+        torque_change_nm: change of the external torque (n,), or wrench, that the fast detector saw; None in paper mode.
+        mean_force_change_n: the force (3,) at the tip that it means, base axes [N]; None in paper mode.
     """
 
     rate_hz: float
@@ -35,9 +37,16 @@ class Onset:
     index: int
     directions: NDArray[np.bool_]
     in_collision: bool
+    torque_change_nm: Array | None = None
+    mean_force_change_n: Array | None = None
 
     def force_change_n(self, secant_s: float) -> Array:
-        """Return the change of the force (3,) [N] from the onset over `secant_s`, at least over one sample."""
+        """Return the change of the force (3,) [N] from the onset over `secant_s`, at least over one sample.
+
+        In fast mode it is the one that the detector saw, whose window it chose itself.
+        """
+        if self.mean_force_change_n is not None:
+            return self.mean_force_change_n
         ahead = max(1, round(secant_s * self.rate_hz))
         last = len(self.t) - 1
         start = min(self.index, last - 1)

@@ -147,10 +147,10 @@ def _print_table(timeline: "Timeline") -> None:
 def _table(timeline: "Timeline") -> Table:
     table = Table(box=None, pad_edge=False, header_style="dim")
     for heading in ("onset [s]", "detected", "lasts [s]"):
-        table.add_column(heading, justify="right")
+        table.add_column(Text(heading), justify="right")
     table.add_column("kind")
     table.add_column("sure", justify="right")
-    table.add_column("force [N]", justify="right")
+    table.add_column(Text("force [N]"), justify="right")
     table.add_column("along")
     table.add_column("why")
     for event in timeline:

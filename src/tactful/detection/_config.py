@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Annotated, Literal
 
-from pydantic import Field
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
-from tactful.config import Config
+from tactful.config import Config, ConfigError
 from tactful.signals import bins_in_band
 
 PositiveFloat = Annotated[float, Field(gt=0)]
@@ -32,6 +35,87 @@ class FrequencyConfig(Config):
             BandError: if it does not; the error names the largest band that it carries.
         """
         bins_in_band(self.band_hz, rate_hz, self.window)
+
+
+class NoiseConfig(Config):
+    """What the sensors and the model are uncertain of, one number for all joints or one each.
+
+    None takes a share of the joint's torque limit (behind the gear: of 100 Nm at most; for a wrench: of 25 N and 5 Nm),
+    as an arm has it that nobody calibrated; `tactful calibrate` measures it.
+    """
+
+    velocity_rad_s: NonNegativeFloat | tuple[NonNegativeFloat, ...] = 0.008
+    """Standard deviation of the white noise of dq [rad/s]. A real Panda has 0.0055-0.0075."""
+    torque_nm: NonNegativeFloat | tuple[NonNegativeFloat, ...] | None = None
+    """Standard deviation of the white noise of the measured torque, or of tau_ext [Nm]; None: 0.4 % of the limit."""
+    model_nm: NonNegativeFloat | tuple[NonNegativeFloat, ...] | None = None
+    """Standard deviation of the slow error of the external torque that is left after its drift [Nm]; None: 1.2 %."""
+    model_nms: NonNegativeFloat | tuple[NonNegativeFloat, ...] = 0.0
+    """By how much that grows with the speed of the joint [Nm per rad/s]."""
+
+    def resolved(self, key: str, scale_nm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return one number for each joint; `scale_nm` (n,) is what a share is of.
+
+        Raises:
+            ConfigError: if there are neither one nor n numbers.
+        """
+        value = getattr(self, key)
+        if value is None:
+            return {"torque_nm": 0.004, "model_nm": 0.012}[key] * scale_nm
+        numbers = np.atleast_1d(np.asarray(value, dtype=np.float64))
+        if len(numbers) not in (1, len(scale_nm)):
+            raise ConfigError("noise", key, f"has {len(numbers)} numbers; give one, or one for each of {len(scale_nm)}")
+        return np.array(np.broadcast_to(numbers, scale_nm.shape))
+
+
+class FastConfig(Config):
+    """The generalized likelihood ratio detector, see `detection._glr.step`."""
+
+    windows_s: Annotated[tuple[PositiveFloat, ...], Field(min_length=1, max_length=8)] = (
+        0.005,
+        0.01,
+        0.02,
+        0.04,
+        0.08,
+        0.16,
+    )
+    """Lengths of the windows, ascending [s]: short ones find impacts, long ones pushes. A length below a sample is one
+    sample."""
+    threshold: PositiveFloat | tuple[PositiveFloat, ...] = (9.0, 9.0, 9.0, 6.0, 6.0, 6.0)
+    """Statistic that means contact, for all windows or one each, in standard deviations of a chi distribution with n
+    degrees of freedom. The default is for an arm that nobody calibrated; `tactful calibrate` sets it for a stated rate
+    of false alarms."""
+    drift_s: PositiveFloat = 0.5
+    """Time constant with which a slow change of the external torque is forgotten [s]."""
+    contact_drift_s: PositiveFloat = 0.15
+    """The same while there is a contact: what stays is forgotten, so that another contact shows [s]."""
+    slow_hz: PositiveFloat = 8.0
+    """Cut-off of the slow external torque that says whether a contact is over [Hz]."""
+    release: PositiveFloat = 5.0
+    """A contact lasts while the slow external torque of a joint differs by more than this from that before it, in
+    standard deviations `model_nm`."""
+    decide_s: NonNegativeFloat = 0.02
+    """Time after the detection at which the contact is classified, from what was seen by then [s]."""
+
+    @model_validator(mode="after")
+    def _windows_and_thresholds_fit(self) -> FastConfig:
+        if any(b <= a for a, b in itertools.pairwise(self.windows_s)):
+            raise ValueError("windows_s have to ascend")
+        if isinstance(self.threshold, tuple) and len(self.threshold) != len(self.windows_s):
+            raise ValueError(f"{len(self.threshold)} thresholds for {len(self.windows_s)} windows_s")
+        return self
+
+    def windows(self, rate_hz: float) -> dict[int, float]:
+        """Return the lengths of the windows at a rate [samples], ascending, each with its threshold.
+
+        Windows that are the same at a low rate become one, with the highest of their thresholds.
+        """
+        thresholds = self.threshold if isinstance(self.threshold, tuple) else (self.threshold,) * len(self.windows_s)
+        windows: dict[int, float] = {}
+        for window_s, threshold in zip(self.windows_s, thresholds, strict=True):
+            length = max(1, round(window_s * rate_hz))
+            windows[length] = max(threshold, windows.get(length, 0.0))
+        return windows
 
 
 class ContactConfig(Config):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, NonNegativeFloat, PositiveFloat
+from pydantic import NonNegativeFloat, PositiveFloat
 
 from tactful.config import Config, ConfigError
-from tactful.estimation._velocity import MAX_WINDOW
 
 PerJoint = float | tuple[float, ...]
 """One number for all joints, or one for each."""
@@ -39,11 +38,11 @@ class ObserverConfig(Config):
     dz = (dq dt - z |dq dt|) / hysteresis_rad, the model of P. Dahl (Aerospace Corp. TOR-158, 1968). 0 takes the tanh of
     the speed instead [rad]."""
     velocity: Literal["measured", "position"] = "measured"
-    """What the momentum is computed from: the measured velocity, or the slope of the position over `velocity_window`
-    samples. The slope has a tenth of the noise on a Franka arm, whose measured velocity also lags by 5 ms; it needs
-    finely resolved positions and exact time, see `clock_s`."""
-    velocity_window: Annotated[int, Field(ge=1, le=MAX_WINDOW)] = 5
-    """Length of the window of the slope [samples]."""
+    """What the momentum is computed from: the measured velocity, or the slope of the position over
+    `velocity_window_s`. The slope has a tenth of the noise on a Franka arm, whose measured velocity also lags by 5 ms;
+    it needs finely resolved positions and exact time, see `clock_s`."""
+    velocity_window_s: PositiveFloat = 0.005
+    """Length of the window of the slope, at most 63 samples; half of it is the lag of the velocity [s]."""
     clock_s: PositiveFloat | None = None
     """Period of the robot's own clock. Where it is given, the time of a sample is a whole number of periods, told by
     position and velocity while the arm moves, and samples that came twice are left out; for stamps of a host that

@@ -60,7 +60,7 @@ def observer_record(robot: Robot, config: ObserverConfig) -> Record:
     observer["viscous"] = per_joint(config.viscous_nms, n, "viscous_nms")
     observer["coulomb_speed"] = config.coulomb_speed_rad_s
     observer["hysteresis"] = per_joint(config.hysteresis_rad, n, "hysteresis_rad")
-    observer["velocity"]["window"] = config.velocity_window if config.velocity == "position" else 0
+    observer["velocity"]["window"] = config.velocity_window_s if config.velocity == "position" else 0.0
     observer["velocity"]["clock"] = config.clock_s or 0.0
     if config.joint_flexibility:
         for figure, known in (("stiffness", robot.stiffness > 0), ("damping", np.isfinite(robot.damping))):
@@ -112,14 +112,15 @@ def observe(observer: Any, motion: Any, dt: float, dq: Vector, tau: Vector) -> N
 
 
 @njit(cache=True)
-def observe_motion(arm: Any, motion: Any, observer: Any, dt: float, q: Vector, dq: Vector, tau: Vector) -> None:
-    """Take one sample, after `place`: velocity, momentum and residual."""
+def observe_motion(arm: Any, motion: Any, observer: Any, dt: float, q: Vector, dq: Vector, tau: Vector) -> float:
+    """Take one sample, after `place`: velocity, momentum, residual; return the time it stands for, 0 for none [s]."""
     start = observer.started == 0
     step = sense(observer.velocity, start, dt, q, dq)
     if start or step > 0.0:
         v = observer.velocity.v
         kernels.momentum_terms(arm, motion, v)
         observe(observer, motion, step, v, tau)
+    return step  # type: ignore[no-any-return]
 
 
 @njit(cache=True)

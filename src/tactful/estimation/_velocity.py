@@ -9,10 +9,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tactful.dynamics.kernels import copy
+
 Vector = NDArray[np.float64]
 
-MAX_WINDOW = 32
-"""Longest window of the slope [samples]."""
+_RING = 64
+"""Samples that are kept: a window that is longer becomes so long."""
 _MOVING_RAD_S = 0.05
 """Speed over all joints from which position and velocity tell the time between two samples [rad/s]."""
 _SLACK = 6.0
@@ -26,15 +28,15 @@ def velocity_dtype(n: int) -> np.dtype[np.void]:
     """Return the layout of the settings and the state of the velocity for n joints."""
     return np.dtype(
         [
-            ("window", "i8"),  # of the slope [samples]; 0: the measured velocity
+            ("window", "f8"),  # of the slope [s]; 0: the measured velocity
             ("clock", "f8"),  # period of the robot's clock [s]; 0: the stamps count
             ("count", "i8"),  # samples since the start
             ("behind", "f8"),  # how far the robot's clock is behind the stamps [s]
             ("t", "f8"),  # since the start [s]
             ("q", "f8", (n,)),  # of the sample before
             ("dq", "f8", (n,)),  # of the sample before
-            ("past_q", "f8", (MAX_WINDOW + 1, n)),
-            ("past_t", "f8", (MAX_WINDOW + 1,)),
+            ("past_q", "f8", (_RING, n)),
+            ("past_t", "f8", (_RING,)),
             ("v", "f8", (n,)),  # the velocity
         ],
         align=True,
@@ -68,7 +70,8 @@ def _elapsed(state: Any, dt: float, q: Vector, dq: Vector) -> float:
 def sense(state: Any, restart: bool, dt: float, q: Vector, dq: Vector) -> float:
     """Set the velocity v and return the time since the sample before [s], 0 for a sample that came twice.
 
-    With a window of m samples, v_k = (q_k - q_(k-m)) / (t_k - t_(k-m)).
+    With a window W, v(t) = (q(t) - q(t - W)) / W, where q is linear between two samples: a window of whole samples
+    would change its length, and v its lag, at every hole.
     """
     if restart:
         state.count, state.behind, state.t = 0, 0.0, 0.0
@@ -76,26 +79,33 @@ def sense(state: Any, restart: bool, dt: float, q: Vector, dq: Vector) -> float:
         dt = _elapsed(state, dt, q, dq)
         if dt == 0.0:
             return 0.0
-    state.q[:] = q
-    state.dq[:] = dq
-    if state.window == 0:
-        state.v[:] = dq
+    copy(q, state.q)
+    copy(dq, state.dq)
+    if state.window == 0.0:
+        copy(dq, state.v)
         return dt
     if not restart:
         state.t += dt
-    length = state.window + 1
-    slot = state.count % length
-    state.past_q[slot] = q
-    state.past_t[slot] = state.t
+    copy(q, state.past_q[state.count % _RING])
+    state.past_t[state.count % _RING] = state.t
     state.count += 1
-    oldest = state.count % length if state.count >= length else 0
-    span = state.t - state.past_t[oldest]
+    begin = state.t - state.window
+    k = state.count - 1  # the last sample that is not after the beginning, or the oldest
+    while k > 0 and k > state.count - _RING and state.past_t[k % _RING] > begin:
+        k -= 1
+    older, newer = k % _RING, (k + 1) % _RING
+    begin = max(begin, state.past_t[older])
+    if k == state.count - 1 or begin >= state.t:
+        copy(dq, state.v)
+        return dt
+    share = (begin - state.past_t[older]) / (state.past_t[newer] - state.past_t[older])
     for i in range(q.shape[0]):
-        state.v[i] = (q[i] - state.past_q[oldest, i]) / span if span > 0.0 else dq[i]
+        then = (1.0 - share) * state.past_q[older, i] + share * state.past_q[newer, i]
+        state.v[i] = (q[i] - then) / (state.t - begin)
     return dt
 
 
 @njit(cache=True)
 def settled(state: Any) -> bool:
     """Whether the window of the slope is full."""
-    return state.count > state.window or state.window == 0  # type: ignore[no-any-return]
+    return state.window == 0.0 or state.t >= state.window  # type: ignore[no-any-return]

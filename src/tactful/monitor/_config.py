@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field
 
 from tactful.classification import KinestheticConfig
 from tactful.config import Config, ConfigError
-from tactful.detection import ContactConfig, FrequencyConfig
+from tactful.detection import ContactConfig, FastConfig, FrequencyConfig, NoiseConfig
 from tactful.estimation import ObserverConfig, WrenchConfig
 from tactful.robots import Robot
 from tactful.signals import largest_band_hz
 
 Source = Literal["tau", "tau_ext", "wrench"]
+
+
+class LinkConfig(Config):
+    """The inertial figures of a link, in its frame."""
+
+    mass_kg: Annotated[float, Field(gt=0)]
+    com_m: tuple[float, float, float]
+    inertia_kg_m2: tuple[float, float, float, float, float, float]
+    """About the centre of mass: xx, xy, xz, yy, yz, zz."""
 
 
 class RobotConfig(Config):
@@ -31,19 +42,40 @@ class RobotConfig(Config):
     """Mass of a tool or a load at the tip [kg]."""
     payload_com_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Its centre of mass in the tip frame [m]."""
+    links: tuple[LinkConfig, ...] = ()
+    """Inertial figures that replace the model's, one entry a link, as a calibration finds them; none keeps those."""
+    motor_inertia_kg_m2: tuple[Annotated[float, Field(ge=0)], ...] = ()
+    """Motor inertias, reflected to the links, that replace the model's; none keeps those [kg m^2]."""
 
     def load(self) -> Robot | None:
         """Return the arm as it is mounted and loaded, or None without a model.
 
         Raises:
-            RobotError: if there is no such model or frame.
+            RobotError: if there is no such model or frame, or a figure cannot be physical.
+            ConfigError: if there are not as many figures as links.
         """
         if self.model is None:
             return None
         robot = Robot.load(self.model, tip=self.tip)
         if self.gravity_m_s2 is not None:
             robot = robot.with_gravity(self.gravity_m_s2)
+        robot = replace(robot, **self._figures(robot))
         return robot.with_payload(self.payload_kg, self.payload_com_m) if self.payload_kg else robot
+
+    def _figures(self, robot: Robot) -> dict[str, Any]:
+        """Return the fields of the robot that are replaced."""
+        for key in ("links", "motor_inertia_kg_m2"):
+            if (count := len(getattr(self, key))) not in (0, robot.n):
+                raise ConfigError("robot", key, f"has {count} entries, but {robot.name} has {robot.n} links")
+        figures: dict[str, Any] = {}
+        if self.links:
+            figures["mass"] = np.array([link.mass_kg for link in self.links])
+            figures["com"] = np.array([link.com_m for link in self.links])
+            inertia = np.array([link.inertia_kg_m2 for link in self.links])  # (n, 6)
+            figures["inertia"] = inertia[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+        if self.motor_inertia_kg_m2:
+            figures["motor_inertia"] = np.array(self.motor_inertia_kg_m2)
+        return figures
 
 
 class MonitorConfig(Config):
@@ -59,12 +91,19 @@ class MonitorConfig(Config):
     source: Literal["auto", "tau", "tau_ext", "wrench"] = "auto"
     """What the force is estimated from: measured joint torque, the robot's own external torque, or a wrench; "auto"
     takes the first of them that is there."""
+    mode: Literal["fast", "paper"] = "fast"
+    """The detector: "fast" looks at the external torque over windows of 5 to 160 ms, against the noise of the arm;
+    "paper" at the frequency content of the external force, as Salt Ducaju et al. 2022 do."""
     robot: RobotConfig = RobotConfig()
     observer: ObserverConfig = ObserverConfig()
     wrench: WrenchConfig = WrenchConfig()
+    fast: FastConfig = FastConfig()
+    noise: NoiseConfig = NoiseConfig()
     frequency: FrequencyConfig = FrequencyConfig()
     contact: ContactConfig = ContactConfig()
     kinesthetic: KinestheticConfig = KinestheticConfig()
+    provenance: dict[str, Any] = Field(default_factory=dict)
+    """Where the settings come from, as `tactful calibrate` writes it; nothing depends on it."""
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

@@ -8,8 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tactful.detection.contact_state import FREE, NOTHING, advance, clear
+from tactful.detection import _glr
+from tactful.detection.contact_state import ENDED, FREE, NOTHING, advance, clear
 from tactful.dynamics import kernels
+from tactful.dynamics.kernels import copy
 from tactful.estimation._momentum_observer import observe_motion
 from tactful.estimation._wrench import solve_wrench
 from tactful.signals import _sliding_dft
@@ -19,7 +21,11 @@ Array = NDArray[np.float64]
 TAU, TAU_EXT, WRENCH = range(3)
 """Sources of the force."""
 
-SKIPPED, RESTARTED = 4, 5
+_MOVING_RAD_S = 0.01
+_ABSURD = 1e9
+"""Magnitude from which on no value comes from a sensor; one would outlast every window."""
+
+SKIPPED, RESTARTED = 10, 11
 """What a sample may bring beyond what `contact_state` names: it was bad, or time jumped while there was a contact."""
 
 
@@ -28,10 +34,10 @@ def _finite(sample: Any) -> bool:
     if not np.isfinite(sample.t):
         return False
     for i in range(sample.q.shape[0]):
-        if not (np.isfinite(sample.q[i]) and np.isfinite(sample.dq[i]) and np.isfinite(sample.tau[i])):
+        if not (abs(sample.q[i]) < _ABSURD and abs(sample.dq[i]) < _ABSURD and abs(sample.tau[i]) < _ABSURD):
             return False
     for i in range(6):  # noqa: SIM110 (numba compiles the loop without an allocation)
-        if not np.isfinite(sample.wrench[i]):
+        if not abs(sample.wrench[i]) < _ABSURD:
             return False
     return True
 
@@ -48,13 +54,22 @@ def _same(a: Any, b: Any) -> bool:
 
 
 @njit(cache=True)
-def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> None:
-    """Estimate external torque, wrench and twist, and write them into the row."""
-    row.tau_ext[:] = sample.tau
-    row.wrench[:] = sample.wrench
+def _moves(sample: Any) -> bool:
+    """Whether the arm moves, so that a sample like the one before is that one once more."""
+    for i in range(sample.dq.shape[0]):  # noqa: SIM110 (see above)
+        if abs(sample.dq[i]) > _MOVING_RAD_S:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> float:
+    """Estimate torque, wrench and twist into the row; return the time that the sample stands for, 0 for none [s]."""
+    copy(sample.tau, row.tau_ext)
+    copy(sample.wrench, row.wrench)
     row.twist[:] = 0.0
     if not sample.has_q:
-        return
+        return dt
     arm, motion, J = memory.arm, memory.motion, memory.J
     kernels.place(arm, motion, sample.q)
     kernels.tip_position(arm, motion, memory.x)
@@ -64,12 +79,34 @@ def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> None:
             for i in range(J.shape[1]):
                 row.twist[r] += J[r, i] * sample.dq[i]
     if sample.source == WRENCH:
-        return
+        return dt
     if sample.source == TAU:
-        observe_motion(arm, motion, memory.observer, dt, sample.q, sample.dq, sample.tau)
-        row.tau_ext[:] = memory.observer.r
+        dt = observe_motion(arm, motion, memory.observer, dt, sample.q, sample.dq, sample.tau)
+        copy(memory.observer.r, row.tau_ext)
     solve_wrench(memory.wrench, J, row.tau_ext)
-    row.wrench[:] = memory.wrench.F
+    copy(memory.wrench.F, row.wrench)
+    return dt
+
+
+@njit(cache=True)
+def _detect_fast(memory: Any, sample: Any, row: Any, dt: float) -> None:
+    """Set the level and the slow signal of a sample that stands for the time dt."""
+    glr = memory.glr
+    gain = memory.slow_gain if glr.started else 1.0
+    for i in range(glr.x.shape[0]):
+        glr.x[i] = row.wrench[i] if sample.source == WRENCH else row.tau_ext[i]
+        memory.slow[i] += gain * (glr.x[i] - memory.slow[i])
+        row.signal[i] = memory.slow[i]
+    if sample.source == TAU:
+        if memory.period > 0.0:
+            dt = memory.period * max(1.0, np.round(dt / memory.period))
+        _glr.take_momentum(glr, memory.arm, memory.motion, memory.observer, dt)
+        _glr.step(glr, memory.observer.velocity.v, memory.contact.state != FREE)
+    else:
+        if glr.started == 0:
+            copy(glr.x, glr.drift)
+        _glr.step(glr, glr.still, memory.contact.state != FREE)
+    row.level[0] = glr.level[0]
 
 
 @njit(cache=True)
@@ -83,6 +120,7 @@ def _step(memory: Any, samples: Any, history: Any, dft: Any, twiddle: Array, win
         return SKIPPED
     contact = memory.contact
     code = NOTHING
+    new = True
     dt = sample.t - memory.t
     if memory.since_start > 0:
         if dt <= 0.0:
@@ -94,28 +132,44 @@ def _step(memory: Any, samples: Any, history: Any, dft: Any, twiddle: Array, win
             memory.last_bad = memory.samples
             memory.since_start = 0
             memory.observer.started = 0
+            memory.elapsed = 0.0
+            _glr.restart(memory.glr)
             _sliding_dft.restart(dft, window, sums)
             if contact.state != FREE:
                 code = RESTARTED
             clear(contact)
         elif _same(sample, before):
             memory.repeated += 1
+            new = not _moves(sample)
     row = history[memory.written % history.shape[0]]
-    _estimate(memory, sample, row, dt)
+    stands_for = _estimate(memory, sample, row, dt)
     row.t = sample.t
-    dft.x[:] = row.wrench[:3]
-    _sliding_dft.step(dft, twiddle, window, sums)
-    row.level[:] = dft.level
+    if memory.fast:
+        memory.elapsed += stands_for
+        row.level[:] = 0.0
+        row.level[0] = memory.glr.level[0]
+        copy(history[(memory.written - 1) % history.shape[0]].signal, row.signal)
+        if memory.since_start == 0 or (new and stands_for > 0.0):
+            _detect_fast(memory, sample, row, memory.elapsed)
+            memory.elapsed = 0.0
+    else:
+        copy(row.wrench, dft.x)
+        _sliding_dft.step(dft, twiddle, window, sums)
+        copy(dft.level, row.level)
+        row.signal[:] = 0.0
+        row.signal[:3] = row.wrench[:3]
     memory.t = sample.t
     memory.since_start += 1
     memory.written += 1
     if memory.since_start >= memory.warm_up:
-        code = advance(contact, row.level, row.wrench[:3])
+        code = advance(contact, row.level, row.signal, row.wrench[:3])
+        if code == ENDED:
+            _glr.resume(memory.glr, memory.slow, contact.back)
     row.state = contact.state
-    before.q[:] = sample.q
-    before.dq[:] = sample.dq
-    before.tau[:] = sample.tau
-    before.wrench[:] = sample.wrench
+    copy(sample.q, before.q)
+    copy(sample.dq, before.dq)
+    copy(sample.tau, before.tau)
+    copy(sample.wrench, before.wrench)
     return code
 
 
@@ -151,13 +205,13 @@ def run(
     for k in range(start, stop):
         sample.t = t[k]
         if q.shape[0]:
-            sample.q[:] = q[k]
+            copy(q[k], sample.q)
         if dq.shape[0]:
-            sample.dq[:] = dq[k]
+            copy(dq[k], sample.dq)
         if tau.shape[0]:
-            sample.tau[:] = tau[k]
+            copy(tau[k], sample.tau)
         if wrench.shape[0]:
-            sample.wrench[:] = wrench[k]
+            copy(wrench[k], sample.wrench)
         code = _step(memory, samples, history, dft[0], twiddle, window, sums)
         if trace.shape[0]:
             if code == SKIPPED:

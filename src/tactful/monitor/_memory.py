@@ -7,8 +7,10 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactful.detection import AXES, frequency_arrays, thresholds
+from tactful.detection._glr import glr_dtype, glr_record
 from tactful.detection.contact_state import contact_dtype, contact_record
 from tactful.dynamics import arm_record
 from tactful.dynamics._arm import arm_dtype, motion_dtype
@@ -19,11 +21,16 @@ from tactful.robots import Robot
 
 HISTORY_S = 1.0
 """How much of the past the classifier can look at [s]."""
+_STEADY_HZ = 500.0
+"""Rate from which on stamps are taken for those of a host that jitters, and time for whole sample periods [Hz]."""
+_UNKNOWN_LIMIT_NM, _SENSOR_LIMIT_NM = 50.0, 100.0
+_WRENCH_SCALE = np.array([25.0, 25.0, 25.0, 5.0, 5.0, 5.0])
+"""What the noise of a wrench is a share of [N, N, N, Nm, Nm, Nm]."""
 
 
 @functools.cache
-def memory_dtype(n: int) -> np.dtype[np.void]:
-    """Return the layout of the memory for n joints."""
+def memory_dtype(n: int, m: int, longest: int) -> np.dtype[np.void]:
+    """Return the layout of the memory for n joints, m channels of the fast detector and its longest window."""
     return np.dtype(
         [
             ("arm", arm_dtype(n)),
@@ -32,7 +39,13 @@ def memory_dtype(n: int) -> np.dtype[np.void]:
             ("J", "f8", (6, n)),
             ("x", "f8", (3,)),
             ("wrench", wrench_dtype(n)),
-            ("contact", contact_dtype(len(AXES))),
+            ("fast", "i8"),
+            ("glr", glr_dtype(m, longest)),
+            ("period", "f8"),  # by which the fast detector counts time [s]; 0: the stamps count
+            ("elapsed", "f8"),  # since the last sample that was not a repeated one [s]
+            ("slow_gain", "f8"),
+            ("slow", "f8", (m,)),  # the slow external torque, or wrench
+            ("contact", contact_dtype(len(AXES), max(m, 3))),
             ("gap", "f8"),  # [s]
             ("warm_up", "i8"),  # [samples]
             ("t", "f8"),  # of the last good sample
@@ -68,19 +81,26 @@ def sample_dtype(n: int) -> np.dtype[np.void]:
 
 
 @functools.cache
-def row_dtype(n: int) -> np.dtype[np.void]:
-    """Return the layout of what the monitor remembers of a sample."""
+def row_dtype(n: int, m: int) -> np.dtype[np.void]:
+    """Return the layout of what the monitor remembers of a sample, for n joints and m channels of the detector."""
     return np.dtype(
         [
             ("t", "f8"),  # [s]
             ("tau_ext", "f8", (n,)),  # [Nm]
             ("wrench", "f8", (6,)),  # at the tip, base axes [N, Nm]
             ("twist", "f8", (6,)),  # of the tip, base axes [m/s, rad/s]
-            ("level", "f8", (len(AXES),)),  # [N]
+            ("level", "f8", (len(AXES),)),  # of x, y and z [N]; in fast mode of all, relative to its threshold
+            ("signal", "f8", (max(m, 3),)),  # what says whether a contact is over: the force, or the slow torque
             ("state", "i8"),
         ],
         align=True,
     )
+
+
+def _torque_scale(robot: Robot) -> NDArray[np.float64]:
+    """Return what the noise of each joint's torque is a share of (n,) [Nm]."""
+    limit = np.where(robot.torque_limit < np.inf, robot.torque_limit, _UNKNOWN_LIMIT_NM)
+    return limit if robot.torque_sensor == "motor" else np.minimum(limit, _SENSOR_LIMIT_NM)
 
 
 class Memory:
@@ -94,23 +114,53 @@ class Memory:
         arrays: all of them in the order in which the kernel takes them.
     """
 
-    def __init__(self, robot: Robot | None, config: MonitorConfig) -> None:
+    def __init__(self, robot: Robot | None, config: MonitorConfig, *, wrench: bool) -> None:
         self.n = 0 if robot is None else len(robot.joint_names)
         width = max(self.n, 1)
-        self.record: Any = np.zeros(1, memory_dtype(width))
+        rate_hz = config.rate_hz
+        scale = _WRENCH_SCALE if wrench or robot is None else _torque_scale(robot)
+        glr = glr_record(config.fast, config.noise, scale, rate_hz)
+        self.channels = len(scale)
+        self.longest = glr.dtype["ring"].shape[1] // 2
+        self.record: Any = np.zeros(1, memory_dtype(width, self.channels, self.longest))
         memory = self.record[0]
         if robot is not None:
             memory["arm"] = arm_record(robot)[0]
             memory["observer"] = observer_record(robot, config.observer)[0]
         memory["wrench"] = wrench_record(width, config.wrench)[0]
-        memory["contact"] = contact_record(config.contact, thresholds(config.frequency), config.rate_hz)[0]
-        memory["gap"] = max(config.contact.gap_s, 5 / config.rate_hz)
-        memory["warm_up"] = config.frequency.window + round(config.contact.warm_up_s * config.rate_hz)
+        memory["fast"] = config.mode == "fast"
+        memory["glr"] = glr[0]
+        memory["period"] = config.observer.clock_s or (1 / rate_hz if rate_hz >= _STEADY_HZ else 0.0)
+        memory["slow_gain"] = 1 - math.exp(-2 * math.pi * config.fast.slow_hz / rate_hz)
+        tolerance = np.full(max(self.channels, 3), np.inf)
+        threshold = thresholds(config.frequency)
+        if config.mode == "fast":
+            tolerance[: self.channels] = config.fast.release * config.noise.resolved("model_nm", scale)
+            threshold = np.array([1.0, np.inf, np.inf])
+        elif config.contact.release_force_n is not None:
+            tolerance[:3] = config.contact.release_force_n
+        fast = config.mode == "fast"
+        memory["contact"] = contact_record(
+            config.contact,
+            threshold,
+            tolerance,
+            rate_hz,
+            decide_s=config.fast.decide_s if fast else 0.0,
+            until_quiet=not fast,
+        )[0]
+        memory["gap"] = max(config.contact.gap_s, 5 / rate_hz)
+        fill = self.longest if config.mode == "fast" else config.frequency.window
+        memory["warm_up"] = fill + round(config.contact.warm_up_s * rate_hz)
         memory["last_bad"] = -1
         self.sample: Any = np.zeros(2, sample_dtype(width))
-        length = math.ceil(max(HISTORY_S, config.contact.search_s) * config.rate_hz) + 1
-        self.history: Any = np.zeros(length, row_dtype(width))
-        self.dft = frequency_arrays(config.frequency, config.rate_hz)
+        length = math.ceil(max(HISTORY_S, config.contact.search_s) * rate_hz) + 1
+        self.history: Any = np.zeros(length, self.row_dtype)
+        self.dft = frequency_arrays(config.frequency, rate_hz)
+
+    @property
+    def row_dtype(self) -> np.dtype[np.void]:
+        """The layout of a row of the history."""
+        return row_dtype(max(self.n, 1), self.channels)
 
     @property
     def arrays(self) -> tuple[Any, ...]:

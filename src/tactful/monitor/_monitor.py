@@ -3,46 +3,28 @@
 from __future__ import annotations
 
 import copy
-from collections import deque
+import functools
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
 from numba import typeof
 from numpy.typing import ArrayLike, NDArray
 
-from tactful.classification import Classifier, KinestheticClassifier, Onset, Verdict
-from tactful.detection import AXES
-from tactful.detection.contact_state import (
-    COLLISION,
-    CONTACT,
-    COOPERATION,
-    DETECTED,
-    ENDED,
-    FREE,
-    NEW_DIRECTION,
-    NOTHING,
-    tell,
-)
+from tactful.classification import Classifier, KinestheticClassifier
+from tactful.detection.contact_state import NOTHING
 from tactful.errors import TactfulError
-from tactful.estimation._wrench import smallest_singular_value
 from tactful.monitor import _kernel
 from tactful.monitor._config import MonitorConfig, Source
+from tactful.monitor._contacts import Contacts
 from tactful.monitor._event import ContactEvent
-from tactful.monitor._memory import Memory, row_dtype
+from tactful.monitor._memory import Memory
 from tactful.monitor._timeline import Health, Timeline
 from tactful.recordings import Recording
 from tactful.robots import Robot
-from tactful.signals import onset_index
 
 _SOURCES: dict[Source, int] = {"tau": _kernel.TAU, "tau_ext": _kernel.TAU_EXT, "wrench": _kernel.WRENCH}
-_STATES = {"collision": COLLISION, "cooperation": COOPERATION}
 _BLOCK = 100_000
-_BEFORE_S = 0.02
-"""Time over which the force and the torque without the contact are averaged [s]."""
-_GUARD_S = 0.03
-"""How long before the onset that time ends: the onset is set where the force has already risen a little [s]."""
 
 
 class SampleError(TactfulError):
@@ -83,13 +65,13 @@ class Monitor:
         self.config = config or MonitorConfig()
         self.robot = robot = robot or self.config.robot.load()
         self.classifier = classifier or KinestheticClassifier(self.config.kinesthetic)
-        self._memory = Memory(robot, self.config)
         self._source: Source | None = None
         self._channels: tuple[str, ...] = ()
-        self._event: ContactEvent | None = None
-        self._waiting: deque[ContactEvent] = deque()
-        self._contacts = 0
-        self._free_since_s = -np.inf
+        self._begin(Memory(robot, self.config, wrench=robot is None))
+
+    def _begin(self, memory: Memory) -> None:
+        self._memory = memory
+        self._contacts = Contacts(memory, self.config, self.classifier)
         self._bind()
 
     def _bind(self) -> None:
@@ -98,8 +80,20 @@ class Monitor:
         sample = memory.sample[0]
         self._arrays = memory.arrays
         fields = (("q", "q"), ("dq", "dq"), ("tau", "tau"), ("tau_ext", "tau"), ("wrench", "wrench"))
-        self._views = tuple(sample[field] if channel in self._channels else None for channel, field in fields)
+        self._views = tuple(
+            (i, len(sample[field]), sample[field])
+            for i, (channel, field) in enumerate(fields)
+            if channel in self._channels
+        )
         self._t = memory.sample["t"]
+        self._step: Callable[[], int] = self._first_step
+
+    def _first_step(self) -> int:
+        """Take a sample, and find the compiled kernel: numba's own call would look for it anew in every sample."""
+        types = tuple(typeof(array) for array in self._arrays)
+        _kernel.update.compile(types)
+        self._step = functools.partial(_kernel.update.overloads[types].entry_point, *self._arrays)
+        return self._step()  # type: ignore[no-any-return]
 
     def __copy__(self) -> Self:
         """Return a monitor of its own that goes on from here."""
@@ -107,7 +101,7 @@ class Monitor:
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out the views into the memory."""
-        views = ("_arrays", "_views", "_t")
+        views = ("_arrays", "_views", "_t", "_step")
         return {key: value for key, value in self.__dict__.items() if key not in views}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -136,7 +130,7 @@ class Monitor:
     @property
     def contact(self) -> ContactEvent | None:
         """The contact that is there now."""
-        return self._event
+        return self._contacts.current
 
     def update(
         self,
@@ -166,17 +160,18 @@ class Monitor:
             self._listen(tuple(name for name, value in given.items() if value is not None))
         try:
             self._t[0] = t
-            for view, value in zip(self._views, (q, dq, tau, tau_ext, wrench), strict=True):
-                if view is not None:
-                    if len(value) != len(view):  # type: ignore[arg-type]
-                        raise ValueError
-                    view[:] = value
+            values = (q, dq, tau, tau_ext, wrench)
+            for i, width, view in self._views:
+                value = values[i]
+                if len(value) != width:  # type: ignore[arg-type]
+                    raise ValueError
+                view[...] = value
         except (TypeError, ValueError):
             raise self._misfit(q=q, dq=dq, tau=tau, tau_ext=tau_ext, wrench=wrench) from None
-        code = _kernel.update(*self._arrays)
+        code = self._step()
         if code == NOTHING or code == _kernel.SKIPPED:
-            return self._waiting.popleft() if self._waiting else None
-        return self._react(code)
+            return self._contacts.next()
+        return self._contacts.react(code)
 
     def run(
         self,
@@ -207,32 +202,22 @@ class Monitor:
             self._listen(tuple(recording.channels))
         rows = self._rows(recording)
         t = rows[0]
-        n = max(self._memory.n, 1)
-        traced: Any = np.empty(len(t) if trace else 0, row_dtype(n))
+        traced: Any = np.empty(len(t) if trace else 0, self._memory.row_dtype)
         latest: dict[int, ContactEvent] = {}
-
-        def keep(event: ContactEvent | None) -> None:
-            if event is not None:
-                latest[event.id] = event
-
         k = 0
         while k < len(t):
             stop = len(t) if progress is None else min(len(t), (k // _BLOCK + 1) * _BLOCK)
-            if self._waiting:
+            if self._contacts.waiting:
                 stop = k + 1
             k, code = _kernel.run(*self._arrays, *rows, k, stop, traced)
-            if code == NOTHING:
-                keep(self._waiting.popleft() if self._waiting else None)
-            else:
-                keep(self._react(code))
+            event = self._contacts.next() if code == NOTHING else self._contacts.react(code)
+            if event is not None:
+                latest[event.id] = event
                 if trace:
-                    traced["state"][k - 1] = self._memory.record[0]["contact"]["state"]
+                    traced["state"][k - 1] = self._contacts.state
             if progress is not None and (k % _BLOCK == 0 or k == len(t)):
                 progress(k)
-        for event in self._waiting:
-            keep(event)
-        if self._event is not None:
-            keep(replace(self._event, peak_force_n=self._peak()))
+        latest.update({event.id: event for event in self._contacts.open()})
         good = t[np.isfinite(t)]
         return Timeline(
             events=tuple(latest[number] for number in sorted(latest)),
@@ -256,7 +241,7 @@ class Monitor:
             *(_readonly(np.empty((0, width))) for width in (*(max(self._memory.n, 1),) * 3, 6)),
         ]
         misses = [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
-        _kernel.run(*self._arrays, *empty, 0, 0, np.empty(0, row_dtype(max(self._memory.n, 1))))
+        _kernel.run(*self._arrays, *empty, 0, 0, np.empty(0, self._memory.row_dtype))
         _kernel.update.compile(tuple(typeof(array) for array in self._arrays))
         return misses != [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
 
@@ -279,6 +264,8 @@ class Monitor:
                 for source in possible
             )
             raise SampleError(f"no external force can be estimated from {', '.join(given) or 'nothing'}: {lacking}")
+        if source == "wrench" and arm:
+            self._begin(Memory(self.robot, self.config, wrench=True))
         motion = tuple(channel for channel in ("q", "dq") if arm and channel in given)
         self._source = source
         self._channels = (*(motion if "q" in motion else ()), source)
@@ -318,119 +305,6 @@ class Monitor:
             if length != width:
                 return SampleError(f"{name} has {length} numbers, but {width} are needed")
         return SampleError("the sample has values that are not numbers")
-
-    def _react(self, code: int) -> ContactEvent | None:
-        """Tell what a sample brought."""
-        if code == DETECTED:
-            return self._detected()
-        if code == NEW_DIRECTION:
-            return self._new_direction()
-        assert code in (ENDED, _kernel.RESTARTED)
-        ago = int(self._memory.record[0]["contact"]["ended_ago"]) if code == ENDED else 1
-        end_s = float(self._memory.recent(ago + 1)["t"][0])
-        ended = self._ended(end_s)
-        self._event = None
-        self._free_since_s = end_s
-        return ended
-
-    def _ended(self, end_s: float) -> ContactEvent:
-        assert self._event is not None
-        return replace(self._event, phase="ended", end_s=end_s, peak_force_n=self._peak())
-
-    def _peak(self) -> float:
-        assert self._event is not None
-        return max(self._event.peak_force_n, float(self._memory.record[0]["contact"]["peak"]))
-
-    def _detected(self) -> ContactEvent:
-        onset = self._onset()
-        before = self._before(onset)
-        contact = self._memory.record[0]["contact"]
-        contact["force_free"] = before["wrench"][:3]
-        return self._begin(onset, self.classifier.classify(onset), before)
-
-    def _new_direction(self) -> ContactEvent:
-        onset = self._onset()
-        current = self._event
-        assert current is not None
-        contact = self._memory.record[0]["contact"]
-        merged = float(onset.t[onset.index]) - current.onset_s <= self.config.contact.merge_s
-        verdict = None if merged else self.classifier.classify(onset)
-        if verdict is not None and verdict.kind == "cooperation":
-            self._waiting.append(self._ended(float(onset.t[onset.index])))
-            return self._begin(onset, verdict, self._before(onset))
-        tell(contact, COLLISION)
-        self._event = replace(
-            current,
-            phase="changed",
-            directions=tuple(axis for axis in AXES if axis in current.directions or onset.directions[AXES.index(axis)]),
-            peak_force_n=self._peak(),
-            evidence=current.evidence + (verdict.evidence if verdict else ()),
-        )
-        return self._event
-
-    def _begin(self, onset: Onset, verdict: Verdict, before: dict[str, NDArray[np.float64]]) -> ContactEvent:
-        record = self._memory.record[0]
-        contact = record["contact"]
-        contact["force_before"] = before["wrench"][:3]
-        force = onset.force_n[-1] - before["wrench"][:3]
-        contact["peak"] = float(np.linalg.norm(force))
-        tell(contact, _STATES.get(verdict.kind, CONTACT))
-        placed = bool(self._memory.sample[0]["has_q"])
-        torque = () if onset.tau_ext_nm is None else onset.tau_ext_nm[-1] - before["tau_ext"]
-        velocity = onset.velocity_before_m_s(_BEFORE_S)
-        self._event = ContactEvent(
-            id=self._contacts,
-            phase="began",
-            kind=verdict.kind,
-            onset_s=float(onset.t[onset.index]),
-            detected_s=float(onset.t[-1]),
-            end_s=None,
-            link=None,
-            directions=tuple(axis for axis, there in zip(AXES, onset.directions, strict=True) if there),
-            force_n=tuple(float(x) for x in force),
-            peak_force_n=float(np.linalg.norm(force)),
-            torque_ext_nm=tuple(float(x) for x in torque),
-            velocity_m_s=None if velocity is None else tuple(float(x) for x in velocity),
-            confidence=verdict.confidence,
-            evidence=verdict.evidence,
-            sigma_min=smallest_singular_value(record["J"]) if placed else None,
-            damped=placed and self._source != "wrench" and bool(record["wrench"]["damped"]),
-        )
-        self._contacts += 1
-        return self._event
-
-    def _onset(self) -> Onset:
-        """Search the contact time backwards along the direction that is furthest above its threshold."""
-        contact = self._memory.record[0]["contact"]
-        count = round(self.config.contact.search_s * self.config.rate_hz)
-        rows = self._memory.recent(min(count, int(self._memory.record[0]["since_start"])))
-        after = rows["t"] > self._free_since_s
-        if contact["state"] == FREE and after.sum() >= 3:
-            rows = rows[after]
-        directions = np.array([bool(int(contact["pending"]) >> i & 1) for i in range(len(AXES))])
-        ratio = np.where(directions, rows["level"][-1] / contact["threshold"], 0.0)
-        force = rows["wrench"][:, :3]
-        known = bool(self._memory.sample[0]["has_dq"])
-        return Onset(
-            rate_hz=self.config.rate_hz,
-            t=rows["t"],
-            force_n=force,
-            moment_nm=rows["wrench"][:, 3:],
-            velocity_m_s=rows["twist"][:, :3] if known else None,
-            tau_ext_nm=None if self._source == "wrench" else rows["tau_ext"],
-            index=onset_index(force[:, int(np.argmax(ratio))], fraction=self.config.contact.onset_fraction),
-            directions=directions,
-            in_collision=bool(contact["state"] == COLLISION),
-        )
-
-    def _before(self, onset: Onset) -> dict[str, NDArray[np.float64]]:
-        """Return the mean wrench and external torque just before the onset."""
-        count, guard = (round(span_s * self.config.rate_hz) for span_s in (_BEFORE_S, _GUARD_S))
-        last = max(0, onset.index - guard)
-        span = slice(max(0, last + 1 - max(1, count)), last + 1)
-        wrench = np.concatenate([onset.force_n[span], onset.moment_nm[span]], axis=1).mean(axis=0)
-        torque = np.zeros(0) if onset.tau_ext_nm is None else onset.tau_ext_nm[span].mean(axis=0)
-        return {"wrench": wrench, "tau_ext": torque}
 
 
 def _readonly(array: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ class Health:
     samples: int
     """All that came."""
     nonfinite: int
-    """Skipped, since a value was not a finite number."""
+    """Skipped, since a value was not a finite number, or beyond 1e9."""
     backward: int
     """Skipped, since time did not advance."""
     gaps: int
