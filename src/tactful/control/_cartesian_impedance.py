@@ -7,9 +7,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, typeof
+from numba import typeof
 from numpy.typing import ArrayLike, NDArray
 
+from tactful._njit import njit
 from tactful.control._config import ImpedanceConfig
 from tactful.control._rotation import quaternion_error
 from tactful.dynamics import arm_record, kernels, motion_record

@@ -13,9 +13,9 @@ import functools
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tactful._njit import njit
 from tactful.detection._config import ContactConfig
 
 FREE, COLLISION, COOPERATION, CONTACT = range(4)

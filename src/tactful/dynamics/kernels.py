@@ -12,7 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from tactful._njit import njit
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

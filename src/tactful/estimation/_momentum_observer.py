@@ -6,9 +6,9 @@ import functools
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from tactful._njit import njit
 from tactful.config import ConfigError
 from tactful.dynamics import Record, arm_record, kernels, motion_record
 from tactful.errors import TactfulError

@@ -6,9 +6,9 @@ import functools
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tactful._njit import njit
 from tactful.dynamics.kernels import copy
 
 Vector = NDArray[np.float64]

@@ -6,9 +6,9 @@ import functools
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from tactful._njit import njit
 from tactful.dynamics import Record
 from tactful.errors import TactfulError
 from tactful.estimation._config import WrenchConfig

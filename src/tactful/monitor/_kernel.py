@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tactful._njit import njit
 from tactful.detection import _glr
 from tactful.detection.contact_state import ENDED, FREE, NOTHING, advance, clear
 from tactful.dynamics import kernels

@@ -76,24 +76,29 @@ class Monitor:
 
     def _bind(self) -> None:
         """Keep what `update` needs in every sample at hand."""
-        memory = self._memory
-        sample = memory.sample[0]
-        self._arrays = memory.arrays
+        self._arrays = self._memory.arrays
+        self._t = self._memory.sample["t"]
+        self._views = self._channel_views()
+        self._step = self._first_step
+
+    def _channel_views(self) -> tuple[tuple[int, int, NDArray[np.float64]], ...]:
+        sample = self._memory.sample[0]
         fields = (("q", "q"), ("dq", "dq"), ("tau", "tau"), ("tau_ext", "tau"), ("wrench", "wrench"))
-        self._views = tuple(
+        return tuple(
             (i, len(sample[field]), sample[field])
             for i, (channel, field) in enumerate(fields)
             if channel in self._channels
         )
-        self._t = memory.sample["t"]
-        self._step: Callable[[], int] = self._first_step
 
     def _first_step(self) -> int:
-        """Take a sample, and find the compiled kernel: numba's own call would look for it anew in every sample."""
+        self._find_kernel()
+        return self._step()
+
+    def _find_kernel(self) -> None:
+        """Look for the compiled kernel once: numba's own call would do so in every sample, as long as it computes."""
         types = tuple(typeof(array) for array in self._arrays)
         _kernel.update.compile(types)
-        self._step = functools.partial(_kernel.update.overloads[types].entry_point, *self._arrays)
-        return self._step()  # type: ignore[no-any-return]
+        self._step: Callable[[], int] = functools.partial(_kernel.update.overloads[types].entry_point, *self._arrays)
 
     def __copy__(self) -> Self:
         """Return a monitor of its own that goes on from here."""
@@ -242,7 +247,7 @@ class Monitor:
         ]
         misses = [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
         _kernel.run(*self._arrays, *empty, 0, 0, np.empty(0, self._memory.row_dtype))
-        _kernel.update.compile(tuple(typeof(array) for array in self._arrays))
+        self._find_kernel()
         return misses != [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
 
     def _listen(self, given: tuple[str, ...]) -> None:
@@ -273,7 +278,7 @@ class Monitor:
         sample["source"] = _SOURCES[source]
         sample["has_q"] = "q" in self._channels
         sample["has_dq"] = "dq" in self._channels
-        self._bind()
+        self._views = self._channel_views()
 
     def _rows(self, recording: Recording) -> tuple[NDArray[np.float64], ...]:
         """Return t, q, dq, tau and wrench as the kernel takes them, with no rows where they are not needed."""

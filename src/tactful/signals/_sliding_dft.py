@@ -7,9 +7,9 @@ import math
 from typing import Any, Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from tactful._njit import njit
 from tactful.errors import TactfulError
 
 Norm = Literal["inf"] | float
