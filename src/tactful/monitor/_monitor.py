@@ -79,7 +79,7 @@ class Monitor:
         self._arrays = self._memory.arrays
         self._t = self._memory.sample["t"]
         self._views = self._channel_views()
-        self._step = self._first_step
+        self._step: Callable[[], int] = self._first_step
 
     def _channel_views(self) -> tuple[tuple[int, int, NDArray[np.float64]], ...]:
         sample = self._memory.sample[0]
@@ -98,7 +98,7 @@ class Monitor:
         """Look for the compiled kernel once: numba's own call would do so in every sample, as long as it computes."""
         types = tuple(typeof(array) for array in self._arrays)
         _kernel.update.compile(types)
-        self._step: Callable[[], int] = functools.partial(_kernel.update.overloads[types].entry_point, *self._arrays)
+        self._step = functools.partial(_kernel.update.overloads[types].entry_point, *self._arrays)
 
     def __copy__(self) -> Self:
         """Return a monitor of its own that goes on from here."""
