@@ -1,0 +1,8 @@
+"""From recordings of free motion to the configuration of a monitor."""
+
+from tactful.calibration._calibrate import Calibration, calibrate
+from tactful.calibration._errors import CalibrationError
+from tactful.calibration._fit import Fit
+from tactful.calibration._threshold import Threshold, threshold_for_rate
+
+__all__ = ["Calibration", "CalibrationError", "Fit", "Threshold", "calibrate", "threshold_for_rate"]

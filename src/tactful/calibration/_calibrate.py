@@ -1,0 +1,217 @@
+"""From recordings of free motion to the configuration of a monitor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactful import __version__
+from tactful.calibration._checks import check_contact, check_gravity, check_motion, not_excited
+from tactful.calibration._columns import Columns, columns_of
+from tactful.calibration._fit import Fit, fit
+from tactful.calibration._levels import frequency_thresholds, glr_thresholds
+from tactful.calibration._motion import HeldOut, Stretch, quietest, stretches_of
+from tactful.calibration._noise import noise_of
+from tactful.calibration._threshold import Threshold
+from tactful.errors import TactfulError
+from tactful.estimation import MomentumObserver, ObserverConfig
+from tactful.monitor import LinkConfig, MonitorConfig, RobotConfig
+from tactful.recordings import Recording
+
+Array = NDArray[np.float64]
+
+_FOLDS = 4
+"""Parts of the motion, each of which is held out once."""
+_SETTLING_S = 0.3
+"""Time after the start of a stretch in which the residual settles and is not counted [s]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Calibration:
+    """What a calibration found.
+
+    Attributes:
+        config: the configuration of a monitor of this arm.
+        fit: the arm's figures, fitted to all of the motion, with their standard deviations.
+        before_nm: RMS of the residual of the nominal arm (n,) [Nm].
+        after_nm: RMS of the residual of the calibrated arm, on time that it was not fitted to (n,) [Nm].
+        thresholds: of each of the detectors' levels, in the order of `config.fast` and `config.frequency`.
+        not_excited: what the motion says nothing about, a sentence each.
+        duration_s: how much motion there was [s].
+    """
+
+    config: MonitorConfig
+    fit: Fit
+    before_nm: Array
+    after_nm: Array
+    thresholds: dict[str, tuple[Threshold, ...]]
+    not_excited: tuple[str, ...]
+    duration_s: float
+
+    def to_toml(self) -> str:
+        """Return the configuration as TOML, which `MonitorConfig.load` reads."""
+        import tomli_w
+
+        return tomli_w.dumps(self.config.model_dump(mode="json", exclude_defaults=True, exclude_none=True))
+
+    def save(self, path: str | Path) -> None:
+        """Write the configuration to a TOML file.
+
+        Raises:
+            TactfulError: if it cannot be written.
+        """
+        file = Path(path)
+        partial = file.with_name(file.name + ".partial")
+        try:
+            partial.write_text(self.to_toml(), encoding="utf-8")
+            partial.replace(file)
+        except OSError as error:
+            raise TactfulError(f"{file}: cannot be written: {error.strerror or error}") from None
+        finally:
+            partial.unlink(missing_ok=True)
+
+
+def calibrate(
+    recordings: Sequence[Recording],
+    config: MonitorConfig,
+    *,
+    payload: tuple[float, ArrayLike] | None = None,
+    false_alarms_per_hour: float = 0.125,
+) -> Calibration:
+    """Calibrate an arm from motion in which nothing touches it.
+
+    The inertial figures of the links, close to the nominal ones and physically consistent, the payload, bias and
+    friction come from one fit to the residual of the observer. What is left of it on held-out time (each quarter under
+    the fit to the others) gives the noise and the thresholds.
+
+    Args:
+        recordings: the motion, with q, dq and tau; all of one rate.
+        config: names the arm, and its tip and gravity; other settings are kept where they are not calibrated.
+        payload: mass [kg] and centre of mass in the tip frame (3,) [m] of the payload; None finds it.
+        false_alarms_per_hour: what the thresholds are for [1/h].
+
+    Raises:
+        CalibrationError: if the recordings do not fit the arm, are too short, at a standstill, or hold contact.
+        TactfulError: if the configuration names no arm, or the rate of false alarms is not positive.
+    """
+    if not recordings:
+        raise TactfulError("there is nothing to calibrate from: pass one recording or more")
+    bare = config.robot.model_copy(update={"payload_kg": 0.0, "payload_com_m": (0.0, 0.0, 0.0)}).load()
+    if bare is None:
+        raise TactfulError("which arm was recorded? Name it in config.robot.model")
+    known = None if payload is None else (float(payload[0]), np.asarray(payload[1], dtype=np.float64))
+    robot = bare.with_payload(*known) if known and known[0] else bare
+    source = recordings[0].source or "recording"
+    stretches = stretches_of(recordings, robot)
+    check_motion(stretches, source)
+    check_gravity(stretches, robot, source)
+    config = config.fitted_to(recordings[0].rate_hz)
+    rate_hz = config.rate_hz
+    observer = quietest(stretches, robot, config.observer, rate_hz)
+
+    columns = columns_of(stretches, robot, observer)
+    found = fit(columns, bare, known)
+    check_contact(columns, found, stretches)
+
+    held_out = _held_out(stretches, columns, found, observer)
+    before = _rms([HeldOut(stretch, 0, len(stretch), robot, observer) for stretch in stretches])
+    after = _rms(held_out)
+
+    noise = noise_of(held_out, config.fast, rate_hz)
+    config = config.model_copy(update={"noise": noise, "observer": found.observer(observer), "source": "tau"})
+    thresholds = {
+        "fast": glr_thresholds(held_out, config, false_alarms_per_hour),
+        "frequency": frequency_thresholds(held_out, config, false_alarms_per_hour),
+    }
+    duration_s = sum(stretch.duration_s for stretch in stretches)
+    values = {key: tuple(float(f"{item.value:.4g}") for item in items) for key, items in thresholds.items()}
+    config = config.model_copy(
+        update={
+            "robot": _robot_config(config.robot, found),
+            "fast": config.fast.model_copy(update={"threshold": values["fast"]}),
+            "frequency": config.frequency.model_copy(update={"threshold_n": values["frequency"]}),
+        }
+    )
+    provenance = {
+        "made_by": f"tactful {__version__} calibrate",
+        "made_on": datetime.now(UTC).date().isoformat(),
+        "recordings": [recording.source for recording in recordings],
+        "robot": bare.title,
+        "duration_s": round(duration_s, 3),
+        "residual_before_nm": _listed(before),
+        "residual_after_nm": _listed(after),
+        "false_alarms_per_hour": false_alarms_per_hour,
+        "threshold": thresholds["fast"][0].statement,
+        "bias_sd_nm": _listed(found.sd["bias"]),
+        "coulomb_sd_nm": _listed(found.sd["coulomb"]),
+        "viscous_sd_nms": _listed(found.sd["viscous"]),
+        "not_excited": list(not_excited(stretches, robot)),
+    }
+    return Calibration(
+        config=config.model_copy(update={"provenance": provenance}),
+        fit=found,
+        before_nm=before,
+        after_nm=after,
+        thresholds=thresholds,
+        not_excited=not_excited(stretches, robot),
+        duration_s=duration_s,
+    )
+
+
+def _held_out(stretches: Sequence[Stretch], columns: Columns, found: Fit, observer: ObserverConfig) -> list[HeldOut]:
+    """Return each fold of the motion with the arm that was fitted to the others."""
+    ends = [np.linspace(0, len(stretch), _FOLDS + 1).astype(int) for stretch in stretches]
+    parts = []
+    for fold in range(_FOLDS):
+        out = np.zeros(len(columns.t), dtype=bool)
+        for number, stretch in enumerate(stretches):
+            start, stop = ends[number][fold : fold + 2]
+            out |= (columns.stretch == number) & (columns.t >= stretch.t[start]) & (columns.t <= stretch.t[stop - 1])
+        others = found.of(~out)
+        parts += [
+            HeldOut(
+                stretch, int(ends[number][fold]), int(ends[number][fold + 1]), others.robot, others.observer(observer)
+            )
+            for number, stretch in enumerate(stretches)
+        ]
+    return parts
+
+
+def _rms(parts: Sequence[HeldOut]) -> Array:
+    """Return the RMS of the residual (n,) [Nm]."""
+    residuals = []
+    for part in parts:
+        stretch = part.stretch
+        r = MomentumObserver(part.robot, part.observer).run(stretch.t, stretch.q, stretch.dq, stretch.tau)
+        residuals.append(r[part.counts(_SETTLING_S)])
+    return np.sqrt(np.mean(np.concatenate(residuals) ** 2, axis=0))  # type: ignore[no-any-return]
+
+
+def _robot_config(config: RobotConfig, found: Fit) -> RobotConfig:
+    links = found.links
+    rows = tuple(
+        LinkConfig(
+            mass_kg=float(f"{links.mass[i]:.9g}"),
+            com_m=tuple(float(f"{x:.9g}") for x in links.com[i]),
+            inertia_kg_m2=tuple(float(f"{x:.9g}") for x in links.inertia[i][np.triu_indices(3)]),
+        )
+        for i in range(links.n)
+    )
+    update: dict[str, Any] = {
+        "links": rows,
+        "payload_kg": float(f"{found.payload_kg:.6g}"),
+        "payload_com_m": tuple(float(f"{x:.6g}") for x in found.payload_com_m),
+    }
+    if links.torque_sensor == "motor":
+        update["motor_inertia_kg_m2"] = tuple(float(f"{x:.6g}") for x in links.motor_inertia)
+    return config.model_copy(update=update)
+
+
+def _listed(values: Array) -> list[float]:
+    return [float(f"{value:.3g}") for value in values]
