@@ -1,0 +1,47 @@
+"""The verb that calibrates."""
+
+from pathlib import Path
+
+import pytest
+
+from tactful.cli._app import main
+from tests._counterparts import require_shared_data
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["ur_pushes/no_torque.csv", "--robot", "panda"], "has 6 joints, but panda has 7"),
+        (["ur_pushes/no_torque.csv", "--robot", "ur5e"], "the torque is not that of ur5e"),
+        (["ur_pushes/ur_static_first_half.csv", "--robot", "ur10e"], "the arm stands still"),
+        (["ur_pushes/no_torque.csv"], "which arm was recorded?"),
+        (["panda_tactile_pad/data_pos_1.csv", "--robot", "panda"], "lacks q, dq, tau"),
+    ],
+)
+def test_bad_input_is_one_line(words: list[str], text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Whoever calibrates from the wrong file has to be told, and gets no configuration."""
+    output = tmp_path / "monitor.toml"
+    code = main(["calibrate", str(require_shared_data() / words[0]), *words[1:], "-o", str(output)])
+    said = capsys.readouterr().err.strip().splitlines()
+    assert code == 2
+    assert text in said[-1]
+    assert not output.exists()
+
+
+def test_folder_of_the_output_has_to_be_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nobody wants to hear it after a minute of work."""
+    assert main(["calibrate", "motion.csv", "--robot", "panda", "-o", str(tmp_path / "no" / "monitor.toml")]) == 2
+    assert "there is no folder" in capsys.readouterr().err
+
+
+def test_motor_currents_are_calibrated_and_monitored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An arm without torque sensors, at 100 Hz: the friction of its gears is in the torque."""
+    data, output = require_shared_data() / "ur_pushes", tmp_path / "monitor.toml"
+    assert main(["calibrate", str(data / "no_torque.csv"), "--robot", "ur10e", "-o", str(output)]) == 0
+    said = capsys.readouterr().out
+    assert "is not supported by" in said
+    assert "shoulder_pan_joint moves at up to 1.06 rad/s" in " ".join(said.split())
+    assert main(["monitor", "--config", str(output), "--json", str(data / "no_torque.csv")]) == 0
+    assert capsys.readouterr().out == ""
+    assert main(["monitor", "--config", str(output), "--json", str(data / "ur_static_first_half.csv")]) == 0
+    assert len(capsys.readouterr().out.splitlines()) >= 2
