@@ -1,5 +1,6 @@
 """The demonstration: honest, repeatable, and from its own recording the same again."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,13 @@ import pytest
 
 from tactful.cli._app import main
 from tactful.cli.demo import _paired
-from tactful.monitor import ContactEvent, Monitor
+from tactful.detection import NoiseConfig
+from tactful.monitor import ContactEvent, Monitor, MonitorConfig
 from tactful.recordings import Recording
 from tactful.robots import Robot
 from tactful.simulation import TrueContact, collision_and_help
+
+NOISE = NoiseConfig(velocity_rad_s=0.001, torque_nm=0.05, model_nm=0.2)
 
 
 def test_demo_shows_truth_and_verdict_and_says_what_is_next(
@@ -23,15 +27,15 @@ def test_demo_shows_truth_and_verdict_and_says_what_is_next(
     shown = capsys.readouterr().out
     for word in ("truth", "monitor", "post, panda_link7", "hand, panda_link7", "onset [s]", "ms"):
         assert word in shown
-    assert {file.name for file in out.iterdir()} == {"demo.csv", "demo.csv.labels.json", "demo.png"}
-    assert f"tactful monitor '{out / 'demo.csv'}' --robot panda" in shown
-    assert main(["monitor", str(out / "demo.csv"), "--robot", "panda"]) == 0
+    assert {file.name for file in out.iterdir()} == {"demo.csv", "demo.csv.labels.json", "demo.png", "monitor.toml"}
+    assert f"tactful monitor '{out / 'demo.csv'}' --config '{out / 'monitor.toml'}'" in shown
+    assert main(["monitor", str(out / "demo.csv"), "--config", str(out / "monitor.toml")]) == 0
 
 
 def test_recording_gives_the_same_contacts_as_the_live_run(tmp_path: Path) -> None:
     """What was seen while the arm ran has to be found again in its recording, number by number."""
     episode = collision_and_help(np.random.default_rng(2))
-    monitor = Monitor(episode.cell.robot)
+    monitor = Monitor(episode.cell.robot, MonitorConfig(noise=NOISE))
     live: dict[int, ContactEvent] = {}
     for sample in episode.run():
         event = monitor.update(*sample)
@@ -39,18 +43,19 @@ def test_recording_gives_the_same_contacts_as_the_live_run(tmp_path: Path) -> No
             live[event.id] = event
     episode.cell.recording().save(tmp_path / "demo.csv")
     recording = Recording.read(tmp_path / "demo.csv")
-    timeline = Monitor(Robot.load("panda")).run(recording)
+    timeline = Monitor(Robot.load("panda"), MonitorConfig(noise=NOISE)).run(recording)
     assert timeline.events == tuple(live.values())
     assert [label.kind for label in recording.labels] == ["collision", "cooperation"]
 
 
 def test_collision_and_help_are_told_apart() -> None:
     """The regression of the whole chain: both contacts found, both kinds right, nothing else, and soon."""
-    for seed in (0, 7, 11):
+    for seed, mode in itertools.product((0, 7, 11), ("fast", "paper")):
         episode = collision_and_help(np.random.default_rng(seed))
         for _ in episode.run():
             pass
-        timeline = Monitor(episode.cell.robot).run(episode.cell.recording())
+        monitor = Monitor(episode.cell.robot, MonitorConfig(mode=mode, noise=NOISE))
+        timeline = monitor.run(episode.cell.recording())
         contacts = episode.cell.contacts
         assert (
             [event.kind for event in timeline] == [contact.kind for contact in contacts] == ["collision", "cooperation"]

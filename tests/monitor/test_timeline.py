@@ -7,17 +7,18 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from tactful import Monitor, Recording, Timeline
+from tactful import Monitor, MonitorConfig, Recording, Timeline
 from tactful.errors import TactfulError
 
 
 @pytest.fixture(scope="module")
 def timeline() -> Timeline:
-    """One contact in a wrench."""
+    """One contact in a wrench, told by its frequency content."""
     t = np.arange(3000) / 1000
     wrench = np.zeros((3000, 6))
     wrench[1500:2000, 1] = 12.0
-    return Monitor().run(Recording(t=t, channels={"wrench": wrench}, source="a/touch.csv", format="made"), trace=True)
+    rec = Recording(t=t, channels={"wrench": wrench}, source="a/touch.csv", format="made")
+    return Monitor(config=MonitorConfig(mode="paper")).run(rec, trace=True)
 
 
 def test_json_lines_have_the_fields_and_only_json_values(timeline: Timeline) -> None:
@@ -71,6 +72,17 @@ def test_the_picture_shows_forces_levels_threshold_and_the_contact(
     assert len(force.lines) == 4  # three axes and the moment of detection
     assert len(level.lines) == 5
     assert "contact\n12 N" in [text.get_text() for text in strip.texts]
+
+
+def test_the_picture_of_the_fast_detector_shows_its_statistic() -> None:
+    """One curve against one threshold: the statistic has no axes."""
+    rng = np.random.default_rng(0)
+    rec = Recording(
+        t=np.arange(2000) / 1000, channels={"wrench": 0.05 * rng.normal(size=(2000, 6))}, source="q", format="made"
+    )
+    _, _, level = Monitor().run(rec, trace=True).plot().axes
+    assert level.get_ylabel() == "statistic / threshold"
+    assert len(level.lines) == 2
 
 
 def test_a_picture_needs_a_trace_and_a_format(timeline: Timeline, tmp_path: Path) -> None:

@@ -13,10 +13,19 @@ from tactful.cli.monitor import KIND_STYLES
 from tactful.errors import TactfulError
 
 if TYPE_CHECKING:
-    from tactful.monitor import ContactEvent, Monitor
+    from tactful.monitor import ContactEvent, Monitor, MonitorConfig
     from tactful.recordings import Recording
     from tactful.simulation import Episode, TrueContact
 
+_SETTINGS = """\
+# What the simulated arm is uncertain of; `tactful calibrate` measures it on a real one.
+robot.model = "panda"
+
+[noise]
+velocity_rad_s = 0.001
+torque_nm = 0.05
+model_nm = 0.2
+"""
 _EARLY_S = 0.05
 """How much earlier than the touch a detection may come that still belongs to it [s]."""
 
@@ -36,7 +45,7 @@ def demo(*, out: Path = Path("tactful-demo"), seed: int = 0) -> int:
     """
     import numpy as np
 
-    from tactful.monitor import Monitor
+    from tactful.monitor import Monitor, MonitorConfig
     from tactful.simulation import collision_and_help
 
     if seed < 0:
@@ -45,7 +54,9 @@ def demo(*, out: Path = Path("tactful-demo"), seed: int = 0) -> int:
     console = Console(highlight=False)
     with console.status("building the cell; the first time ever, kernels are compiled for about 20 s"):
         episode = collision_and_help(np.random.default_rng(seed))
-        watch = Monitor(episode.cell.robot)
+        settings = out / "monitor.toml"
+        settings.write_text(_SETTINGS, encoding="utf-8")
+        watch = Monitor(episode.cell.robot, MonitorConfig.load(settings))
         watch.warm_up()
         episode.controller.warm_up()
     begin = time.perf_counter()
@@ -56,7 +67,7 @@ def demo(*, out: Path = Path("tactful-demo"), seed: int = 0) -> int:
         f"[dim]{episode.duration_s:g} s of the arm at {rate:g} Hz, simulated and monitored in {took:.1f} s[/dim]\n"
     )
     console.print(_table(events, episode))
-    _show_files(episode.cell.recording(), out, console)
+    _show_files(episode.cell.recording(), out, watch.config, console)
     return int(watch.health.degraded)
 
 
@@ -67,10 +78,8 @@ def _watch(episode: "Episode", watch: "Monitor", console: Console) -> list["Cont
         event = watch.update(t, q, dq, tau)
         if event is not None:
             latest[event.id] = event
-            why = {
-                "began": event.evidence[-1].text.partition(": ")[2],
-                "changed": f"now along {' and '.join(event.directions)}",
-            }.get(event.phase, "")
+            told = event.evidence[-1].text.partition(": ")[2] if event.evidence else "to be classified"
+            why = "" if event.phase == "ended" else told
             console.print(
                 f"[dim]{t:6.3f} s[/dim]",
                 Text(f"{event.kind} {event.phase}".replace("_", " ").ljust(19), style=KIND_STYLES[event.kind]),
@@ -142,20 +151,22 @@ def _said(event: "ContactEvent", touch_s: float) -> tuple[str | Text, ...]:
     )
 
 
-def _show_files(recording: "Recording", out: Path, console: Console) -> None:
+def _show_files(recording: "Recording", out: Path, settings: "MonitorConfig", console: Console) -> None:
     from tactful.monitor import Monitor
     from tactful.recordings import Recording
-    from tactful.robots import Robot
 
     file, picture = out / "demo.csv", out / "demo.png"
     recording.save(file)
     saved = [f"{file}  positions, velocities and torques; the truth is beside it, in {file.name}.labels.json"]
     try:
-        Monitor(Robot.load("panda")).run(Recording.read(file), trace=True).plot(picture)
+        Monitor(config=settings).run(Recording.read(file), trace=True).plot(picture)
         saved.append(f"{picture}  what the monitor saw: forces, their level, states")
     except TactfulError as error:
         saved.append(f"no picture: {error}")
-    command = shlex.join(["tactful", "monitor", str(file), "--robot", "panda", "--plot", "again.png"])
+    saved.append(f"{out / 'monitor.toml'}  the settings")
+    command = shlex.join(
+        ["tactful", "monitor", str(file), "--config", str(out / "monitor.toml"), "--plot", "again.png"]
+    )
     for line in (
         "",
         "The monitor knows one contact at a time: it ends when the next begins, and its force is all that changed "

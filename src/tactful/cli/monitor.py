@@ -32,7 +32,7 @@ def monitor(
     tip: str | None = None,
     config: Path | None = None,
     mapping: Path | None = None,
-    mode: Literal["paper"] = "paper",
+    mode: Literal["fast", "paper"] | None = None,
     json: bool = False,
     plot: Path | None = None,
     save: Path | None = None,
@@ -45,7 +45,8 @@ def monitor(
         tip: The frame at which the force is estimated: a site or link of the robot.
         config: Settings, a TOML file.
         mapping: What the columns of the recordings mean, a TOML file.
-        mode: The detector. `paper` looks at the frequency content of the external force.
+        mode: The detector. `fast`, the default, looks at the external torque against the noise of the arm; `paper` at
+            the frequency content of the external force.
         json: Print one JSON object a line for every contact, and nothing else, on standard output.
         plot: Save a picture (.png, .svg, .pdf). Of several recordings, each has its name added.
         save: Save the contacts (.parquet, .jsonl). Of several recordings, each has its name added.
@@ -58,6 +59,8 @@ def monitor(
     settings = MonitorConfig() if config is None else MonitorConfig.load(config)
     named = {key: value for key, value in (("model", robot), ("tip", tip)) if value is not None}
     settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
+    if mode is not None:
+        settings = settings.model_copy(update={"mode": mode})
     degraded = False
     for path in file:
         timeline = _monitor(path, mapping, settings, trace=plot is not None)
@@ -127,11 +130,16 @@ def _print_table(timeline: "Timeline") -> None:
     console = Console()
     config = timeline.config
     low, high = config.frequency.band_hz
+    detector = (
+        "fast detector"
+        if config.mode == "fast"
+        else f"band {low:.3g}-{high:.3g} Hz over {config.frequency.window} samples"
+    )
     console.print(
         Text.assemble(
             (Path(timeline.source).name, "bold"),
             f"  {timeline.robot or 'no robot, wrench alone'}, {timeline.end_s - timeline.start_s:.1f} s "
-            f"at {config.rate_hz:.4g} Hz, band {low:.3g}-{high:.3g} Hz over {config.frequency.window} samples",
+            f"at {config.rate_hz:.4g} Hz, {detector}",
         )
     )
     if not len(timeline):

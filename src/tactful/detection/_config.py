@@ -96,6 +96,8 @@ class FastConfig(Config):
     standard deviations `model_nm`."""
     decide_s: NonNegativeFloat = 0.02
     """Time after the detection at which the contact is classified, from what was seen by then [s]."""
+    decide_until_s: NonNegativeFloat = 0.2
+    """How long a contact whose kind is not clear then is looked at again, each `decide_s` [s]."""
 
     @model_validator(mode="after")
     def _windows_and_thresholds_fit(self) -> FastConfig:

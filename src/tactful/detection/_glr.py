@@ -36,6 +36,7 @@ def glr_dtype(n: int, longest: int) -> np.dtype[np.void]:
             ("drift_gain", "f8"),  # h / drift_s
             ("contact_gain", "f8"),  # the same during a contact, so that a second one can be told
             ("started", "i8"),
+            ("drifting", "i8"),  # samples in the drift since the start, as far as they are fewer than its memory
             ("position", "i8"),
             ("drift", "f8", (n,)),
             ("p", "f8", (n,)),  # of the sample before
@@ -49,6 +50,10 @@ def glr_dtype(n: int, longest: int) -> np.dtype[np.void]:
             ("L", "f8", (_MOST_WINDOWS, n, n)),  # of V = L L^T, with the reciprocal of its diagonal
             ("y", "f8", (_MOST_WINDOWS, n)),
             ("z", "f8", (n,)),
+            ("known", "f8", (n,)),  # torque of the collision that is there
+            ("known_gain", "f8"),
+            ("has_known", "i8"),
+            ("zk", "f8", (n,)),
             ("statistic", "f8", (_MOST_WINDOWS,)),
             ("best", "i8"),  # the window that is furthest above its threshold
             ("level", "f8", (1,)),  # its statistic over its threshold
@@ -79,6 +84,7 @@ def glr_record(config: FastConfig, noise: NoiseConfig, scale_nm: Array, rate_hz:
     glr["model_std"] = noise.resolved("model_nm", scale_nm)
     glr["model_speed"] = noise.resolved("model_nms", scale_nm)
     glr["windows"] = len(windows)
+    glr["known_gain"] = min(1.0, 1 / (config.drift_s * rate_hz))
     glr["drift_gain"] = min(1.0, 1 / (config.drift_s * rate_hz))
     glr["contact_gain"] = min(1.0, 1 / (config.contact_drift_s * rate_hz))
     for w, (length, threshold) in enumerate(windows.items()):
@@ -96,6 +102,7 @@ def glr_record(config: FastConfig, noise: NoiseConfig, scale_nm: Array, rate_hz:
 def restart(glr: Any) -> None:
     """Forget all samples."""
     glr.started = 0
+    glr.drifting = 0
     glr.position = 0
     glr.next = 0
     glr.ring[:, :] = 0.0
@@ -108,6 +115,15 @@ def resume(glr: Any, slow: Array, samples: int) -> None:
     kernels.copy(slow, glr.drift)
     glr.started = samples
     glr.statistic[:] = 0.0
+
+
+@njit(cache=True)
+def follow(glr: Any, slow: Array, before: Array) -> None:
+    """Take what the torque changed since before a collision for the direction of that collision."""
+    for i in range(glr.known.shape[0]):
+        change = slow[i] - before[i]
+        glr.known[i] += glr.known_gain * (change - glr.known[i]) if glr.has_known else change
+    glr.has_known = 1
 
 
 @njit(cache=True)
@@ -163,6 +179,10 @@ def step(glr: Any, dq: Array, in_contact: bool) -> None:
     of the generalized likelihood ratio of any constant torque against none; without contact it is chi-distributed with
     n degrees of freedom. The level is the largest T over its threshold.
 
+    During a collision its torque k is known but for its size, since the arm may press harder. T then counts what is
+    across it only, T^2 = y^T V^-1 y - (k^T V^-1 y)^2 / (k^T V^-1 k), as the paper looks away from the directions of a
+    collision.
+
     The covariance depends on the pose through M, as the noise does: a whitening that is one for all poses alarms
     falsely where the arm has another inertia. It changes slowly, so each sample brings that of one window up to date;
     long windows are looked at every L / 16 samples.
@@ -171,6 +191,9 @@ def step(glr: Any, dq: Array, in_contact: bool) -> None:
     longest = glr.ring.shape[1] // 2
     position = glr.position
     gain = glr.contact_gain if in_contact else glr.drift_gain
+    if 0.0 < (glr.drifting + 1) * gain < 1.0:  # a mean at first: in motion the first value of all is far from the truth
+        glr.drifting += 1
+        gain = 1.0 / glr.drifting
     for i in range(n):
         x = glr.x[i]
         glr.drift[i] += gain * (x - glr.drift[i])
@@ -203,7 +226,8 @@ def _statistic(glr: Any, w: int, end: int) -> float:
         return 0.0
     tap, y, z, L = glr.tap[w], glr.y[w], glr.z, glr.L[w]
     begin = end - length
-    total = 0.0
+    total = along = square = 0.0
+    zk = glr.zk
     for i in range(y.shape[0]):
         y[i] = _weighted(tap, glr.ring[i], begin, length) - glr.drift[i]
         value = y[i]
@@ -211,6 +235,15 @@ def _statistic(glr: Any, w: int, end: int) -> float:
             value -= L[i, j] * z[j]
         z[i] = value * L[i, i]
         total += z[i] * z[i]
+        if glr.has_known:
+            value = glr.known[i]
+            for j in range(i):
+                value -= L[i, j] * zk[j]
+            zk[i] = value * L[i, i]
+            along += z[i] * zk[i]
+            square += zk[i] * zk[i]
+    if square > 0.0:
+        total = max(0.0, total - along * along / square)
     return np.sqrt(total)  # type: ignore[no-any-return]
 
 

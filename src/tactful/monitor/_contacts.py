@@ -35,8 +35,10 @@ Array = NDArray[np.float64]
 _STATES = {"collision": COLLISION, "cooperation": COOPERATION}
 _BEFORE_S = 0.02
 """Time over which what was before a contact is averaged [s]."""
-_GUARD_S = 0.03
-"""How long before the onset that time ends: the onset is set where the force has already risen a little [s]."""
+_GUARD_S = 0.08
+"""How long before the onset that time ends: the onset of a slow push is set where it has already risen a little [s]."""
+_MARGIN_S = 0.2
+"""How much longer than one and a half of the window that told it a contact may be there in fast mode [s]."""
 _PRIOR = np.array([20.0, 20.0, 20.0, 4.0, 4.0, 4.0]) ** 2
 """Variance of the wrench of a touch at the tip, where the noise of the torque is known [N^2, (Nm)^2]."""
 
@@ -134,9 +136,12 @@ class Contacts:
     def _decide(self) -> ContactEvent | None:
         detection = self._undecided
         assert detection is not None
-        self._undecided = None
         onset = self._onset(detection.onset_s)
         verdict = self._classifier.classify(onset)
+        if verdict.kind == "contact" and onset.t[-1] - detection.detected_s < self._config.fast.decide_until_s:
+            self._contact["countdown"] = self._contact["decide"]
+            return None
+        self._undecided = None
         if self.state == COLLISION:
             return self._told(onset, detection, verdict)
         assert self.current is not None
@@ -256,13 +261,15 @@ class Contacts:
             covariance = L @ L.T
             source = rows["wrench"] if sample["source"] == WRENCH else rows["tau_ext"]
             rise = source @ np.linalg.solve(covariance, change)
+            begin = max(0, len(rise) - round(1.5 * glr["length"][best] + _MARGIN_S * self._config.rate_hz))
             directions = np.zeros(len(AXES), dtype=bool)
         else:
             directions = np.array([bool(int(contact["pending"]) >> i & 1) for i in range(len(AXES))])
             ratio = np.where(directions, rows["level"][-1] / contact["threshold"], 0.0)
             rise = force[:, int(np.argmax(ratio))]
+            begin = 0
         if onset_s is None:
-            index = onset_index(rise, fraction=self._config.contact.onset_fraction)
+            index = begin + onset_index(rise[begin:], fraction=self._config.contact.onset_fraction)
         else:
             index = max(0, int(np.searchsorted(rows["t"], onset_s)))
         change_n = None if change is None or covariance is None else self._wrench_of(change, covariance)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tactful._njit import njit
 from tactful.detection import _glr
-from tactful.detection.contact_state import ENDED, FREE, NOTHING, advance, clear
+from tactful.detection.contact_state import COLLISION, ENDED, FREE, NOTHING, advance, clear
 from tactful.dynamics import kernels
 from tactful.dynamics.kernels import copy
 from tactful.estimation._momentum_observer import observe_motion
@@ -92,6 +92,11 @@ def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> float:
 def _detect_fast(memory: Any, sample: Any, row: Any, dt: float) -> None:
     """Set the level and the slow signal of a sample that stands for the time dt."""
     glr = memory.glr
+    if memory.contact.state == COLLISION:
+        _glr.follow(glr, memory.slow, memory.contact.before)
+    elif glr.has_known:
+        glr.has_known = 0
+        glr.known[:] = 0.0
     gain = memory.slow_gain if glr.started else 1.0
     for i in range(glr.x.shape[0]):
         glr.x[i] = row.wrench[i] if sample.source == WRENCH else row.tau_ext[i]

@@ -51,24 +51,19 @@ def draw(timeline: Timeline, path: str | Path | None) -> Any:
     if not len(trace):
         raise TactfulError(f"{timeline.source}: no sample was good enough to plot")
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(10, 5.4), layout="constrained")
-        strip, force, level = figure.subplots(3, 1, sharex=True, height_ratios=(0.55, 3, 2.4))
+        figure = Figure(figsize=(10, 5.6), layout="constrained")
+        strip, force, level = figure.subplots(3, 1, sharex=True, height_ratios=(0.8, 3, 2.2))
         start = float(trace["t"][0])
         t = trace["t"] - start
         for i, (axis, colour) in enumerate(zip(AXES, _AXIS_COLOURS, strict=True)):
             force.plot(*_thinned(t, trace["wrench"][:, i]), color=colour, lw=0.9, label=f"$F_{axis}$")
-            level.plot(*_thinned(t, trace["level"][:, i]), color=colour, lw=0.9, label=rf"$\hat F_\omega^{axis}$")
-        for limit in sorted(set(thresholds(timeline.config.frequency))):
-            level.axhline(limit, color="#202124", lw=0.9, ls=(0, (4, 3)))
-            level.text(1.0, limit, f" {limit:g} N", transform=level.get_yaxis_transform(), va="center", color="#202124")
+        _levels(timeline, level, t, trace["level"])
         _bands(timeline, (strip, force, level), start, float(t[-1]))
-        low, high = timeline.config.frequency.band_hz
         force.set_ylabel("external force [N]")
-        level.set_ylabel(f"level, {low:.3g}–{high:.3g} Hz [N]")
         level.set_xlabel("time [s]" if start == 0 else f"time since {start:.6g} s [s]")
         level.set_xlim(0, float(t[-1]) or 1.0)
         level.set_ylim(bottom=0)
-        for axes in (force, level):
+        for axes in (force, level) if timeline.config.mode == "paper" else (force,):
             axes.legend(
                 loc="upper right", ncols=3, framealpha=0.85, edgecolor="none", handlelength=1.2, columnspacing=1.0
             )
@@ -87,10 +82,27 @@ def draw(timeline: Timeline, path: str | Path | None) -> Any:
     return figure
 
 
+def _levels(timeline: Timeline, axes: Any, t: NDArray[np.float64], level: NDArray[np.float64]) -> None:
+    """Draw what the detector looked at, against its threshold."""
+    if timeline.config.mode == "fast":
+        axes.plot(*_thinned(t, level[:, 0]), color="#5f6368", lw=0.9)
+        axes.set_ylabel("statistic / threshold")
+        limits, unit = [1.0], ""
+    else:
+        for i, (axis, colour) in enumerate(zip(AXES, _AXIS_COLOURS, strict=True)):
+            axes.plot(*_thinned(t, level[:, i]), color=colour, lw=0.9, label=rf"$\hat F_\omega^{axis}$")
+        low, high = timeline.config.frequency.band_hz
+        axes.set_ylabel(f"level, {low:.3g}–{high:.3g} Hz [N]")
+        limits, unit = sorted(set(thresholds(timeline.config.frequency))), " N"
+    for limit in limits:
+        axes.axhline(limit, color="#202124", lw=0.9, ls=(0, (4, 3)))
+        axes.text(1.0, limit, f" {limit:g}{unit}", transform=axes.get_yaxis_transform(), va="center", color="#202124")
+
+
 def _bands(timeline: Timeline, axes: tuple[Any, Any, Any], start: float, duration: float) -> None:
     """Shade every contact, mark its onset and its detection, and name it above."""
     strip, *panels = axes
-    last_end = -np.inf
+    row_ends = [-np.inf, -np.inf]  # where the last name of each row begins
     for event in timeline.events:
         colour = KIND_COLOURS[event.kind]
         begin = event.onset_s - start
@@ -98,14 +110,15 @@ def _bands(timeline: Timeline, axes: tuple[Any, Any, Any], start: float, duratio
         for panel in panels:
             panel.axvspan(begin, end, color=colour, alpha=0.13, lw=0)
             panel.axvline(event.detected_s - start, color=colour, lw=1.0)
-        strip.axvspan(begin, end, ymin=0.0, ymax=0.16, color=colour, lw=0)
-        if begin - last_end < 0.11 * duration:
+        strip.axvspan(begin, end, ymin=0.0, ymax=0.12, color=colour, lw=0)
+        row = next((i for i, last in enumerate(row_ends) if begin - last >= 0.11 * duration), None)
+        if row is None:
             continue
-        last_end = begin
+        row_ends[row] = begin
         size = f"{event.peak_force_n:.0f} N" if event.peak_force_n >= 10 else f"{event.peak_force_n:.1f} N"
         strip.annotate(
             f"{event.kind.replace('_', ' ')}\n{size}",
-            (begin, 0.24),
+            (begin, 0.2 + 0.55 * row),
             color=colour,
             fontsize=8,
             va="bottom",
