@@ -96,7 +96,7 @@ def test_the_angle_rule_does_not_depend_on_the_axes(seed: int) -> None:
     force, velocity = rng.normal(size=3), 0.1 * rng.normal(size=3)
     turn = Rotation.random(rng=rng).as_matrix()
     plain, turned = classify("angle", force, velocity), classify("angle", turn @ force, turn @ velocity)
-    if np.linalg.norm(velocity) > 0.006 and abs(plain.evidence[0].value - 30) > 1e-6:
+    if np.linalg.norm(velocity) > 0.012 and abs(plain.evidence[0].value - 30) > 1e-6:
         assert turned.kind == plain.kind
         assert turned.evidence[0].value == pytest.approx(plain.evidence[0].value, abs=1e-6)
 
@@ -106,7 +106,7 @@ def test_the_length_of_force_and_velocity_does_not_matter(seed: int) -> None:
     """The rules see unit vectors only, so they need no tuning to speed or force."""
     rng = np.random.default_rng(seed)
     force, velocity = rng.normal(size=3), 0.1 * rng.normal(size=3) + 0.02
-    if np.linalg.norm(velocity) > 0.006:
+    if np.linalg.norm(velocity) > 0.012:
         for rule in ("floored", "literal", "angle"):
             assert classify(rule, force, velocity).kind == classify(rule, 7 * force, 3 * velocity).kind
 

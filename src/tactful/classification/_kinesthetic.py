@@ -34,7 +34,7 @@ class KinestheticConfig(Config):
     """Time over which the change of the force is taken, at most to the detection; 0 is one sample [s]. Paper: 0."""
     velocity_s: NonNegativeFloat = 0.02
     """Time before the contact over which the velocity is averaged; 0 is one sample [s]. Paper: 0."""
-    standstill_m_s: NonNegativeFloat = 0.005
+    standstill_m_s: NonNegativeFloat = 0.01
     """Speed below which the tip is at rest, and the direction of its velocity noise [m/s]. Paper: 0."""
 
     @property
