@@ -106,7 +106,7 @@ def _monitor(path: Path, mapping: Path | None, settings: "MonitorConfig", *, tra
 def _load_kernels(watch: "Monitor", console: Console) -> None:
     begin = time.perf_counter()
     with console.status("loading the kernels; the first time they are compiled, which takes about 15 s"):
-        compiled = watch.warm_up()
+        compiled = watch.warm_up(stream=False)
     if compiled:
         console.print(
             f"[dim]compiled the kernels in {time.perf_counter() - begin:.0f} s, once for all calls[/dim]",

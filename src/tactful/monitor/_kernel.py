@@ -162,7 +162,8 @@ def _step(memory: Any, samples: Any, history: Any, dft: Any, twiddle: Array, win
         _sliding_dft.step(dft, twiddle, window, sums)
         copy(dft.level, row.level)
         row.signal[:] = 0.0
-        row.signal[:3] = row.wrench[:3]
+        for i in range(3):
+            row.signal[i] = row.wrench[i]
     memory.t = sample.t
     memory.since_start += 1
     memory.written += 1

@@ -235,11 +235,11 @@ class Monitor:
             trace=traced if trace else None,
         )
 
-    def warm_up(self) -> bool:
+    def warm_up(self, *, stream: bool = True) -> bool:
         """Compile the kernels or load them compiled, without taking a sample; return whether they had to be compiled.
 
         The first monitor ever for a number of joints compiles for about ten seconds, later ones load the result. Call
-        it before a loop that must not wait.
+        it before a loop that must not wait; without `stream`, what `update` alone needs is left for later.
         """
         empty = [
             _readonly(np.empty(0)),
@@ -247,7 +247,8 @@ class Monitor:
         ]
         misses = [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
         _kernel.run(*self._arrays, *empty, 0, 0, np.empty(0, self._memory.row_dtype))
-        self._find_kernel()
+        if stream:
+            self._find_kernel()
         return misses != [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
 
     def _listen(self, given: tuple[str, ...]) -> None:
