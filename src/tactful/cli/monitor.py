@@ -99,6 +99,7 @@ def _monitor(path: Path, mapping: Path | None, settings: "MonitorConfig", *, tra
             f"{path}: which arm was recorded? Name it: --robot, one of `tactful robots`, or an MJCF or URDF file"
         )
     watch = Monitor(config=settings.fitted_to(recording.rate_hz))
+    watch.accept(recording)  # before the kernels, which may take their time
     _load_kernels(watch, console)
     return _run(watch, recording, console, trace=trace)
 

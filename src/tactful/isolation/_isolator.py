@@ -22,6 +22,7 @@ from tactful.isolation._location import (
     KnownContact,
     region_probabilities,
 )
+from tactful.isolation._wrench import WrenchPrior
 from tactful.robots import Robot
 
 
@@ -100,16 +101,58 @@ class Isolator:
         Raises:
             IsolationError: if an argument has a wrong shape, is not finite, or the covariance is not positive definite.
         """
+        return self._location(*self._update(*self._given(q, tau_ext, covariance, known)))
+
+    def pair_log_odds(
+        self,
+        q: ArrayLike,
+        tau_ext: ArrayLike,
+        covariance: ArrayLike | None = None,
+        known: Iterable[KnownContact] = (),
+    ) -> float:
+        r"""Return the log odds that another, unknown contact is at the tip beside the one that `locate` finds.
+
+            log p(tau_ext | Sigma + J^T W J) - log p(tau_ext | Sigma),
+
+        both over the whole surface, with the tip's Jacobian J and the prior W of its wrench (`WrenchPrior`). From
+        `IsolationConfig.pair_log_odds` on, a single contact is not to be believed. It is stronger than the misfit
+        (`ContactLocation.several`), as the friction cone and the determinant speak, too, and takes two updates.
+
+        Args:
+            q: see `locate`, as for the others.
+            tau_ext: (n,) [Nm].
+            covariance: (n, n) [Nm^2].
+            known: contacts that are there already.
+
+        Raises:
+            IsolationError: see `locate`.
+        """
+        position, torque, Sigma = self._given(q, tau_ext, covariance, known)
+        prior = WrenchPrior()
+        W = np.repeat([prior.force_n**2, prior.moment_nm**2], 3)  # (6,)
+        J = self._dynamics.jacobian(position)  # (6, n)
+        self._update(position, torque, Sigma)
+        alone = float(self._grid.work["log_evidence"])
+        self._update(position, torque, Sigma + J.T @ (W[:, None] * J))
+        return float(self._grid.work["log_evidence"]) - alone
+
+    def _given(
+        self, q: ArrayLike, tau_ext: ArrayLike, covariance: ArrayLike | None, known: Iterable[KnownContact]
+    ) -> tuple[Array, Array, Array]:
+        """Return what is to be explained: joint positions, torque and covariance."""
         n = self.robot.n
         position, torque = self._checked("q", q, (n,)), self._checked("tau_ext", tau_ext, (n,))
         Sigma = self._noise.copy() if covariance is None else self._checked("covariance", covariance, (n, n))
         for contact in known:
             torque, Sigma = self._without(contact, position, torque, Sigma)
-        kernels.place(self._arm, self._motion, position)
-        best, atoms = locate(self._arm, self._motion, torque, Sigma, *self._records)
+        return position, torque, Sigma
+
+    def _update(self, q: Array, tau: Array, Sigma: Array) -> tuple[int, int]:
+        kernels.place(self._arm, self._motion, q)
+        best, atoms = locate(self._arm, self._motion, tau, Sigma, *self._records)
         if best < 0:
             raise IsolationError("covariance", NOT_POSITIVE)
-        return self._location(best, atoms)
+        return best, atoms
 
     def _checked(self, name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
         array = np.require(value, np.float64, ["C", "W"])

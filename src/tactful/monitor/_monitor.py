@@ -197,15 +197,7 @@ class Monitor:
         Raises:
             SampleError: if the recording lacks a channel, or has another rate or number of joints.
         """
-        rate_hz = recording.rate_hz
-        if not abs(rate_hz / self.config.rate_hz - 1) <= 0.05:
-            raise SampleError(
-                f"{recording.source}: sampled at {rate_hz:.4g} Hz, the monitor is set to {self.config.rate_hz:g} Hz; "
-                f"use config.fitted_to(recording.rate_hz), or set rate_hz"
-            )
-        if self._source is None:
-            self._listen(tuple(recording.channels))
-        rows = self._rows(recording)
+        rows = self.accept(recording)
         t = rows[0]
         traced: Any = np.empty(len(t) if trace else 0, self._memory.row_dtype)
         latest: dict[int, ContactEvent] = {}
@@ -234,6 +226,24 @@ class Monitor:
             end_s=float(good[-1]) if len(good) else float("nan"),
             trace=traced if trace else None,
         )
+
+    def accept(self, recording: Recording) -> tuple[NDArray[np.float64], ...]:
+        """Check that a recording can be monitored, and return t, q, dq, torque and wrench as the kernel takes them.
+
+        Channels that are not needed have no rows.
+
+        Raises:
+            SampleError: if the recording lacks a channel, or has another rate or number of joints.
+        """
+        rate_hz = recording.rate_hz
+        if not abs(rate_hz / self.config.rate_hz - 1) <= 0.05:
+            raise SampleError(
+                f"{recording.source}: sampled at {rate_hz:.4g} Hz, the monitor is set to {self.config.rate_hz:g} Hz; "
+                f"use config.fitted_to(recording.rate_hz), or set rate_hz"
+            )
+        if self._source is None:
+            self._listen(tuple(recording.channels))
+        return self._rows(recording)
 
     def warm_up(self, *, stream: bool = True) -> bool:
         """Compile the kernels or load them compiled, without taking a sample; return whether they had to be compiled.
