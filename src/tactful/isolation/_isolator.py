@@ -114,7 +114,8 @@ class Isolator:
 
             log p(tau_ext | Sigma + J^T W J) - log p(tau_ext | Sigma),
 
-        both over the whole surface, with the tip's Jacobian J and the prior W of its wrench (`WrenchPrior`). From
+        both over the whole surface, with the tip's Jacobian J and the prior W of its wrench: as strong as the forces on
+        the surface, in any direction, and the moment of `WrenchPrior`. From
         `IsolationConfig.pair_log_odds` on, a single contact is not to be believed. It is stronger than the misfit
         (`ContactLocation.several`), as the friction cone and the determinant speak, too, and takes two updates.
 
@@ -128,8 +129,9 @@ class Isolator:
             IsolationError: see `locate`.
         """
         position, torque, Sigma = self._given(q, tau_ext, covariance, known)
-        prior = WrenchPrior()
-        W = np.repeat([prior.force_n**2, prior.moment_nm**2], 3)  # (6,)
+        config = self.config
+        square = np.mean(np.square(config.magnitudes_n)) * (1.25 + 0.5 * config.friction**2)  # of the force's magnitude
+        W = np.repeat([square / 3, WrenchPrior().moment_nm ** 2], 3)  # (6,)
         J = self._dynamics.jacobian(position)  # (6, n)
         self._update(position, torque, Sigma)
         alone = float(self._grid.work["log_evidence"])
