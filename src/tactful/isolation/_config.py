@@ -30,7 +30,7 @@ class IsolationConfig(Config):
     """Probability that the set of candidate points and the intervals hold."""
     point_spread_m: PositiveFloat = 0.03
     """Root mean square distance of the contact from its mean up to which a point is named [m]."""
-    pair_log_odds: FiniteFloat = 1.6
+    pair_log_odds: FiniteFloat = 1.5
     """Log odds from which two contacts are claimed, see `Isolator.pair_log_odds`: false for 2 % of the single
     contacts of a simulated Panda."""
     false_misfit: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.02

@@ -17,7 +17,7 @@ def isolation_study(
     robot: Robot,
     out: Path,
     *,
-    samples: int = 2000,
+    samples: int = 4000,
     seed: int = 0,
     jobs: int = 1,
     progress: Callable[[float], None] = lambda share: None,
