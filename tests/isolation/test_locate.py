@@ -250,3 +250,17 @@ def test_known_contact_at_a_frame_uses_its_place() -> None:
     known = KnownContact.at_frame(robot, Q, np.zeros(6), np.eye(6), frame="tool")
     np.testing.assert_allclose(known.point_m, Dynamics(robot).pose(Q, "tool")[1])
     assert known.link == 6
+
+
+def test_odds_tell_a_pair_from_a_single_contact() -> None:
+    """Two unknown contacts make a single one look certain: something has to say that it is not to be believed."""
+    limit = ISOLATOR.config.pair_log_odds
+    tip = Dynamics(PANDA).jacobian(Q)[:3].T @ [-12.0, 9.0, 5.0]
+    for link in (2, 3, 4):
+        _, _, tau = touch(PANDA, Q, link, 20.0)
+        assert ISOLATOR.pair_log_odds(Q, tau) < limit
+        assert ISOLATOR.pair_log_odds(Q, tau + tip) > limit
+    known = KnownContact.at_frame(PANDA, Q, [-12.0, 9.0, 5.0, 0, 0, 0], 0.1 * np.eye(6))
+    assert ISOLATOR.pair_log_odds(Q, tau + tip, known=[known]) < limit
+    with pytest.raises(IsolationError, match="tau_ext has shape"):
+        ISOLATOR.pair_log_odds(Q, np.zeros(6))
