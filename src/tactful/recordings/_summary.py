@@ -143,7 +143,11 @@ def abilities(names: set[str]) -> tuple[Ability, ...]:
         Ability("estimation", estimation, way),
         Ability("detection", forced, force),
         Ability(
-            "isolation", turned, "from tau_ext over the links" if turned else "needs q and an external joint torque"
+            "isolation",
+            turned,
+            "with tactful.isolation; the monitor itself names no link yet"
+            if turned
+            else "needs q and an external joint torque",
         ),
         Ability(
             "classification",
