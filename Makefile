@@ -6,7 +6,7 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench docs constraints clean
+.PHONY: help demo test lint format bench studies docs constraints clean
 
 BIN := $(VENV)/bin
 RUNTIME := $(VENV)/.installed-runtime
@@ -38,6 +38,9 @@ format: $(DEV) ## mend what the linter can mend
 
 bench: $(DEV) ## measure speed against the stated bounds
 	@$(BIN)/python -m benchmarks
+
+studies: $(DEV) ## run the experiments in simulation into build/studies (isolation: some minutes on two cores)
+	@$(BIN)/tactful study isolation --out build/studies/isolation
 
 docs: export NO_MKDOCS_2_WARNING := 1
 docs: $(DEV) ## build the site in build/site

@@ -24,7 +24,15 @@ This page shows the help of every command and is written by `{COMMAND}`.
 def render() -> str:
     """Return the page."""
     app.resolved_commands()
-    return "\n".join([HEAD, *(_section(words) for words in ([], *([verb] for verb in VERBS)))])
+    commands = [[], *(command for verb in VERBS for command in _with_parts([verb]))]
+    return "\n".join([HEAD, *(_section(words) for words in commands)])
+
+
+def _with_parts(words: list[str]) -> list[list[str]]:
+    """Return a command and those below it."""
+    _, apps, _ = app.parse_commands(words)
+    parts = [name for name in apps[-1] if not name.startswith("-")]
+    return [words, *(deeper for part in parts for deeper in _with_parts([*words, part]))]
 
 
 def _section(words: list[str]) -> str:
