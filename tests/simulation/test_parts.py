@@ -77,7 +77,7 @@ def test_bounces_are_one_contact() -> None:
         log.add(t, link, force)
     first, second = log.contacts(0.1)
     assert (first.touch_s, first.visible_s, first.end_s, first.link, first.peak_force_n) == (1.0, 1.001, 1.05, 6, 30.0)
-    assert first.label() == Label("collision", 1.0, 1.05, 6)
+    assert first.label() == Label("collision", 1.0, 1.05, 6, 1.001, 30.0)
     assert (second.touch_s, second.visible_s, second.link) == (2.0, None, 3)
 
 

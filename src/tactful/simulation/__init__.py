@@ -4,24 +4,55 @@ Needs the extra `mujoco`.
 """
 
 from tactful.simulation._config import CellConfig, SensorConfig
+from tactful.simulation._demonstration import Demonstration
 from tactful.simulation._episode import Episode, collision_and_help
-from tactful.simulation._fixtures import Box, Fixture, Table
-from tactful.simulation._hands import Guide, Hand, Push
+from tactful.simulation._fixtures import Bar, Box, Fixture, HoledBox, Table
+from tactful.simulation._generate import EpisodeEntry, generate, read_manifest
+from tactful.simulation._hands import Guide, Hand, Hesitation, Push, Tremor
+from tactful.simulation._operators import OPERATORS, Operator
+from tactful.simulation._peg import PEG, mistaken, peg_arm
+from tactful.simulation._scene import Scene, draw_scene
+from tactful.simulation._simulate import EpisodeResult, run_episode, simulate, spec_of
+from tactful.simulation._spec import KINDS, PLACES, EpisodeKind, EpisodeSpec, draw_plan
 from tactful.simulation._truth import TrueContact
 from tactful.simulation._work_cell import Sample, WorkCell
 
 __all__ = [
+    "KINDS",
+    "OPERATORS",
+    "PEG",
+    "PLACES",
+    "Bar",
     "Box",
     "CellConfig",
+    "Demonstration",
     "Episode",
+    "EpisodeEntry",
+    "EpisodeKind",
+    "EpisodeResult",
+    "EpisodeSpec",
     "Fixture",
     "Guide",
     "Hand",
+    "Hesitation",
+    "HoledBox",
+    "Operator",
     "Push",
     "Sample",
+    "Scene",
     "SensorConfig",
     "Table",
+    "Tremor",
     "TrueContact",
     "WorkCell",
     "collision_and_help",
+    "draw_plan",
+    "draw_scene",
+    "generate",
+    "mistaken",
+    "peg_arm",
+    "read_manifest",
+    "run_episode",
+    "simulate",
+    "spec_of",
 ]

@@ -24,6 +24,9 @@ class CellConfig(Config):
     """What every joint still feels of its rotor under torque control, where the torque is measured on the link's side
     [kg m^2]. An assumption: torque control makes a rotor feel lighter, and no manufacturer says how much. Without any,
     the damping of the paper's controller would make the light last link of some arms oscillate at 1 kHz."""
+    elastic: bool = False
+    """Whether the joints are elastic, with the stiffness that the arm's description tells. What is measured and
+    controlled is the side of the link."""
     contact_time_s: PositiveFloat = 0.02
     """Time constant in which a penetration is pushed out; smaller is stiffer [s]."""
     contact_depth_m: PositiveFloat = 0.002
@@ -43,6 +46,11 @@ class SensorConfig(Config):
     """Standard deviation of the white noise of every torque [Nm]."""
     torque_offset_nm: NonNegativeFloat = 0.0
     """Standard deviation of the constant offsets of the torques, drawn once for an episode [Nm]."""
+
+    @classmethod
+    def preset(cls, name: str) -> Self:
+        """Return sensors."""
+        return cls.exact() if name == "exact" else cls()
 
     @classmethod
     def exact(cls) -> Self:

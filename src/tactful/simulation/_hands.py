@@ -26,6 +26,10 @@ class Hand(Protocol):
         """The point that it touches, in the link's frame [m]."""
         ...
 
+    def acts(self, t: float) -> bool:
+        """Return whether it touches at the time t [s]."""
+        ...
+
     def force(self, t: float, position_m: Array, velocity_m_s: Array) -> Array:
         """Return the force on the link (3,), base axes [N]; exactly zero where the hand does not touch.
 
@@ -38,6 +42,39 @@ class Hand(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Tremor:
+    """What trembles in a force: one sinusoid an axis.
+
+    Attributes:
+        amplitude_n: (3,) [N].
+        frequency_hz: (3,) [Hz]; a hand's physiological tremor lies at 8 to 12 Hz.
+        phase_rad: (3,) [rad].
+    """
+
+    amplitude_n: tuple[float, float, float]
+    frequency_hz: tuple[float, float, float]
+    phase_rad: tuple[float, float, float]
+
+    def force(self, t: float) -> Array:
+        """Return the force (3,) at the time t [s], base axes [N]."""
+        phase = 2 * np.pi * t * np.array(self.frequency_hz) + self.phase_rad
+        return np.asarray(self.amplitude_n * np.sin(phase))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hesitation:
+    """A pause in the rise of a touch.
+
+    Attributes:
+        share: the share of the full action at which the hand pauses.
+        pause_s: for how long [s].
+    """
+
+    share: float
+    pause_s: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class _Touch:
     """When a hand touches, and where.
 
@@ -45,9 +82,11 @@ class _Touch:
         link: name of the link.
         point_m: (3,) the point in the link's frame [m].
         start_s: when it touches first [s].
-        rise_s: time until it acts fully [s].
+        rise_s: time until it acts fully, without a pause [s].
         hold_s: time for which it does [s].
         fall_s: time in which it lets go [s].
+        hesitation: a pause in the rise, which is then split in two; none by default.
+        tremor: what trembles in its force; nothing by default.
     """
 
     link: str
@@ -56,12 +95,33 @@ class _Touch:
     rise_s: float = 0.12
     hold_s: float
     fall_s: float = 0.2
+    hesitation: Hesitation | None = None
+    tremor: Tremor | None = None
+
+    @property
+    def end_s(self) -> float:
+        """When it has let go [s]."""
+        pause = self.hesitation.pause_s if self.hesitation else 0.0
+        return self.start_s + self.rise_s + pause + self.hold_s + self.fall_s
+
+    def acts(self, t: float) -> bool:
+        """Return whether it touches at the time t [s]."""
+        return self.start_s < t < self.end_s
 
     def grip(self, t: float) -> float:
         """Return the share of the hand's full action at the time t [s]: minimum-jerk rise and fall."""
+        falling = t - (self.end_s - self.fall_s)
+        if falling >= 0:
+            return 1.0 - minimum_jerk(falling / self.fall_s)
         since = t - self.start_s
-        released = since - self.rise_s - self.hold_s
-        return minimum_jerk(since / self.rise_s) if released < 0 else 1.0 - minimum_jerk(released / self.fall_s)
+        if self.hesitation is None:
+            return minimum_jerk(since / self.rise_s)
+        share, half = self.hesitation.share, self.rise_s / 2
+        again = since - half - self.hesitation.pause_s
+        return share * minimum_jerk(since / half) + (1.0 - share) * minimum_jerk(again / half)
+
+    def _trembling(self, t: float, force: Array) -> Array:
+        return force if self.tremor is None else force + self.tremor.force(t)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +136,7 @@ class Push(_Touch):
 
     def force(self, t: float, position_m: Array, velocity_m_s: Array) -> Array:
         """Return the force on the link (3,), base axes [N]."""
-        return self.grip(t) * np.array(self.force_n)
+        return self.grip(t) * self._trembling(t, np.array(self.force_n))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +159,6 @@ class Guide(_Touch):
 
     def force(self, t: float, position_m: Array, velocity_m_s: Array) -> Array:
         """Return the force on the link (3,), base axes [N]."""
-        grip = self.grip(t)
         spring = self.stiffness_n_m * (np.array(self.target_m) - position_m)
         spring *= min(1.0, self.strength_n / max(float(np.linalg.norm(spring)), 1e-9))
-        return np.asarray(grip * (spring - self.damping_ns_m * velocity_m_s))
+        return np.asarray(self.grip(t) * self._trembling(t, spring - self.damping_ns_m * velocity_m_s))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from tactful.errors import TactfulError
 from tactful.robots import Robot
 from tactful.simulation._config import CellConfig
@@ -12,6 +14,8 @@ from tactful.simulation._fixtures import Fixture
 
 _LEAST_IMPEDANCE = 0.0001  # MuJoCo's bound: a contact begins with almost none
 _FULL_IMPEDANCE = 0.95
+_SPRING_DAMPING_S = 0.001
+"""Damping of an elastic joint over its stiffness, where the arm's is not known [s]; an assumption."""
 
 
 def build_model(robot: Robot, fixtures: Sequence[Fixture], config: CellConfig) -> Any:
@@ -38,10 +42,29 @@ def build_model(robot: Robot, fixtures: Sequence[Fixture], config: CellConfig) -
         spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     for name in robot.link_names:
         spec.body(name).gravcomp = 1.0
+    if config.elastic:
+        _soften(spec, robot)
     try:
         return spec.compile()
     except ValueError as error:
         raise TactfulError(f"{robot.name}: the work cell cannot be built: {' '.join(str(error).split())}") from None
+
+
+def _soften(spec: Any, robot: Robot) -> None:
+    """Put the elasticity of the gear behind every joint: a second hinge on its axis, with a spring and a damper."""
+    if not np.isfinite(robot.stiffness).all():
+        raise TactfulError(f"{robot.name}: the stiffness of its joints is not known: leave `elastic` off")
+    damping = np.where(np.isfinite(robot.damping), robot.damping, _SPRING_DAMPING_S * robot.stiffness)
+    for i in range(robot.n):
+        joint = spec.joint(robot.joint_names[i])
+        spec.body(robot.link_names[i]).add_joint(
+            name=f"{robot.joint_names[i]} spring",
+            type=joint.type,
+            axis=joint.axis,
+            pos=joint.pos,
+            stiffness=robot.stiffness[i],
+            damping=damping[i],
+        )
 
 
 def _add(fixture: Fixture, spec: Any, config: CellConfig) -> None:

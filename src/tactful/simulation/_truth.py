@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,15 +30,19 @@ class TrueContact:
     touch_s: float
     """Time of the first sample with a force [s]."""
     visible_s: float | None
-    """Time of the first sample with more than 1 N [s]; None if there is none."""
+    """Time of the first sample with at least 1 N [s]; None if there is none."""
     end_s: float
     """Time of the last sample with a force [s]."""
     peak_force_n: float
     """Largest magnitude of the force [N]."""
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        return asdict(self)
+
     def label(self) -> Label:
         """Return the interval from the touch to the end as a label of a recording."""
-        return Label(self.kind, self.touch_s, self.end_s, self.link)
+        return Label(self.kind, self.touch_s, self.end_s, self.link, self.visible_s, self.peak_force_n)
 
 
 @dataclass(slots=True)
@@ -65,7 +69,7 @@ class TouchLog:
         t, links, forces = np.array(self.times), np.array(self.links), np.array(self.forces)
         cuts = np.flatnonzero(np.diff(t) > bounce_s) + 1
         for span in np.split(np.arange(len(t)), cuts):
-            visible = span[forces[span] > VISIBLE_N]
+            visible = span[forces[span] >= VISIBLE_N]
             yield TrueContact(
                 kind=self.kind,
                 name=self.name,

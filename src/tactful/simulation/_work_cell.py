@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
@@ -21,7 +22,8 @@ from tactful.simulation._truth import TouchLog, TrueContact
 
 Array = NDArray[np.float64]
 
-_BOUNCE_S = 0.1
+_BOUNCE_S = 0.2
+"""Touches of one thing, or of one hand, that lie at most so far apart are one contact: bounces are not new ones [s]."""
 
 
 class Sample(NamedTuple):
@@ -107,23 +109,18 @@ class WorkCell:
         start = np.asarray(robot.home if q is None else q, dtype=np.float64)
         if start.shape != (robot.n,):
             raise TactfulError(f"q has shape {start.shape}, but {robot.name} has {robot.n} joints")
-        self.data.qpos[:] = start
+        self._joints = slice(None, None, 2 if config.elastic else 1)  # what the motors turn
+        self._ends = slice(1 if config.elastic else 0, None, 2 if config.elastic else 1)  # what the links feel
+        self.data.qpos[self._joints] = start
         self._link_of_body = {self.model.body(name).id: i for i, name in enumerate(robot.link_names)}
         self._fixture_of_body = {
             self.model.body(fixture.name).id: TouchLog("collision", fixture.name) for fixture in fixtures
         }
-        self._hands = []
-        for number, hand in enumerate(hands):
-            if hand.link not in robot.link_names:
-                raise TactfulError(f"a hand touches {hand.link!r}, but the links are {', '.join(robot.link_names)}")
-            name = "hand" if len(hands) == 1 else f"hand {number + 1}"
-            self._hands.append((hand, self.model.body(hand.link).id, TouchLog("cooperation", name)))
-        kinds = mujoco.mjtConstraint
-        self._contact_types = (
-            kinds.mjCNSTR_CONTACT_FRICTIONLESS,
-            kinds.mjCNSTR_CONTACT_PYRAMIDAL,
-            kinds.mjCNSTR_CONTACT_ELLIPTIC,
-        )
+        self._hands: list[tuple[Hand, int, TouchLog]] = []
+        for hand in hands:
+            self.add_hand(hand)
+        self._touched = False
+        self._first_contact = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS)  # contacts are the last types
         self._sensors = Sensors(robot.n, sensors or SensorConfig(), rng or np.random.default_rng(0), config.period_s)
         self._steps = 0
         self._samples: list[Sample] = []
@@ -132,14 +129,30 @@ class WorkCell:
         self._force = np.zeros(6)
         self._begin()
 
+    def add_hand(self, hand: Hand) -> None:
+        """Let a hand touch the arm from now on, whenever it acts.
+
+        Raises:
+            TactfulError: if it touches a link that is not there.
+        """
+        if hand.link not in self.robot.link_names:
+            raise TactfulError(f"a hand touches {hand.link!r}, but the links are {', '.join(self.robot.link_names)}")
+        log = TouchLog("cooperation", "hand" if not self._hands else f"hand {len(self._hands) + 1}")
+        self._hands.append((hand, self.model.body(hand.link).id, log))
+
     def _begin(self) -> None:
         """Bring kinematics and contacts up to the present, and measure."""
         self.t = self._steps * self.config.period_s
         self._mujoco.mj_step1(self.model, self.data)
-        self.q, self.dq = self._sensors.motion(self.data.qpos, self.data.qvel)
+        q, dq = self.data.qpos, self.data.qvel
+        if self.config.elastic:
+            q, dq = q[0::2] + q[1::2], dq[0::2] + dq[1::2]
+        self.q, self.dq = self._sensors.motion(q, dq)
 
     def step(self, tau: ArrayLike) -> Sample:
         """Hold the commanded torque tau (n,) [Nm] for one period, and return the sample at its begin.
+
+        The force of a hand is held as well.
 
         Raises:
             TactfulError: if the torque does not fit the arm, or the simulation has become unstable.
@@ -149,15 +162,13 @@ class WorkCell:
             raise TactfulError(f"tau is {command.tolist()}, but {self.robot.name} needs {self.robot.n} finite numbers")
         model, data = self.model, self.data
         data.ctrl[:] = command
-        hand_forces = self._touch(self.t)
+        self._touch()
         self._mujoco.mj_step2(model, data)
-        sample = Sample(self.t, self.q, self.dq, self._sensors.torque(self._observe(hand_forces)))
+        sample = Sample(self.t, self.q, self.dq, self._sensors.torque(self._observe()))
         self._samples.append(sample)
-        for k in range(1, self.config.substeps):
-            self._mujoco.mj_step1(model, data)
-            self._touch(self.t + k * model.opt.timestep)
-            self._mujoco.mj_step2(model, data)
-        if not np.isfinite(data.qacc).all() or data.warning[self._mujoco.mjtWarning.mjWARN_BADQACC].number:
+        for _ in range(1, self.config.substeps):
+            self._mujoco.mj_step(model, data)
+        if not math.isfinite(data.qacc.sum()) or data.warning[self._mujoco.mjtWarning.mjWARN_BADQACC].number:
             raise TactfulError(
                 f"the simulation became unstable at {self.t:.3f} s: choose softer gains or more substeps"
             )
@@ -178,56 +189,67 @@ class WorkCell:
         for _ in range(round(duration_s / self.config.period_s)):
             yield self.step(controller.torque(self.q, self.dq, *reference(self.t)))
 
-    def _touch(self, t: float) -> list[float]:
-        """Apply the forces of the hands at the time t [s], and return their magnitudes [N]."""
+    def _touch(self) -> None:
+        """Apply and note the forces that the hands exert now."""
         data = self.data
-        data.qfrc_applied[:] = 0.0
-        magnitudes = []
-        for hand, body, _ in self._hands:
-            point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ np.array(hand.point_m)
+        if self._touched:
+            data.qfrc_applied[:] = 0.0
+            self._touched = False
+        for hand, body, log in self._hands:
+            if not hand.acts(self.t):
+                continue
+            point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ hand.point_m
             self._mujoco.mj_jac(self.model, data, self._jacobian, None, point, body)
-            force = hand.force(t, point, self._jacobian @ data.qvel)
+            force = hand.force(self.t, point, self._jacobian @ data.qvel)
             data.qfrc_applied += self._jacobian.T @ force
-            magnitudes.append(float(np.linalg.norm(force)))
-        return magnitudes
+            log.add(self.t, self._link_of_body[body], math.sqrt(force @ force))
+            self._touched = True
 
-    def _observe(self, hand_forces: list[float]) -> Array:
+    def _observe(self) -> Array:
         """Note what touches the arm, and return the torque that the sensors are to measure (n,) [Nm]."""
         model, data = self.model, self.data
-        for (_, body, log), magnitude in zip(self._hands, hand_forces, strict=True):
-            log.add(self.t, self._link_of_body[body], magnitude)
-        contact_torque = np.zeros(model.nv)
+        external = data.qfrc_applied.copy()
         if data.ncon:
-            touching = np.where(np.isin(data.efc_type, self._contact_types), data.efc_force, 0.0)
+            contact_torque = np.zeros(model.nv)
+            touching = np.where(data.efc_type >= self._first_contact, data.efc_force, 0.0)
             self._mujoco.mj_mulJacTVec(model, data, contact_torque, touching)
+            external += contact_torque
             self._note_contacts()
-        self.tau_ext = contact_torque + data.qfrc_applied
+        self.tau_ext = external[self._ends]
         if self.robot.torque_sensor == "motor":
-            return data.qfrc_actuator.copy()  # type: ignore[no-any-return]
-        inside = data.qfrc_passive + data.qfrc_constraint - contact_torque  # friction and the stops of the joints
-        return data.qfrc_actuator + inside - model.dof_armature * data.qacc  # type: ignore[no-any-return]
+            return data.qfrc_actuator[self._joints].copy()  # type: ignore[no-any-return]
+        inside = data.qfrc_passive + data.qfrc_constraint - external + data.qfrc_applied  # springs, friction, stops
+        return (data.qfrc_actuator + inside - model.dof_armature * data.qacc)[self._ends]  # type: ignore[no-any-return]
 
     def _note_contacts(self) -> None:
         """Note the force of every fixture on every link."""
         model, data = self.model, self.data
+        contacts = data.contact
+        bodies, frames = model.geom_bodyid[contacts.geom], contacts.frame  # (c, 2), (c, 9)
         forces: dict[tuple[int, int], Array] = {}
-        for number, contact in enumerate(data.contact):
-            first, second = (int(model.geom_bodyid[geom]) for geom in contact.geom)
+        for number, (first, second) in enumerate(bodies.tolist()):
             fixture, link_body, sign = (first, second, 1.0) if first in self._fixture_of_body else (second, first, -1.0)
             if link_body not in self._link_of_body:
                 continue
             self._mujoco.mj_contactForce(model, data, number, self._force)
-            force = sign * contact.frame.reshape(3, 3).T @ self._force[:3]  # on the link, base axes
+            force = sign * (self._force[:3] @ frames[number].reshape(3, 3))  # on the link, base axes
             key = (fixture, self._link_of_body[link_body])
             forces[key] = forces.get(key, 0.0) + force
         for (fixture, link), force in forces.items():
-            self._fixture_of_body[fixture].add(self.t, link, float(np.linalg.norm(force)))
+            self._fixture_of_body[fixture].add(self.t, link, math.sqrt(force @ force))
 
     @property
     def contacts(self) -> tuple[TrueContact, ...]:
         """What touched the arm so far, in the order of the first touch."""
         logs = [*self._fixture_of_body.values(), *(log for _, _, log in self._hands)]
         return tuple(sorted((c for log in logs for c in log.contacts(_BOUNCE_S)), key=lambda contact: contact.touch_s))
+
+    @property
+    def contacts_so_far(self) -> tuple[str, ...]:
+        """Which kinds of contact there have been, collisions first; quicker than `contacts`."""
+        collided = any(log.times for log in self._fixture_of_body.values())
+        helped = any(log.times for _, _, log in self._hands)
+        return ("collision",) * collided + ("cooperation",) * helped
 
     def recording(self, source: str = "simulation") -> Recording:
         """Return all samples so far; its labels are the contacts that reached 1 N."""
