@@ -1,7 +1,25 @@
 """What a contact is."""
 
+from tactful.classification._aim_aware import AimAware, AimAwareTrace
+from tactful.classification._aim_aware_config import AimAwareConfig
+from tactful.classification._aim_aware_result import VERDICTS, AimAwareResult, ImpactVerdict, JointEvidence
 from tactful.classification._kinesthetic import KinestheticClassifier, KinestheticConfig
 from tactful.classification._onset import Onset
 from tactful.classification._verdict import Classifier, Evidence, Kind, Verdict
 
-__all__ = ["Classifier", "Evidence", "Kind", "KinestheticClassifier", "KinestheticConfig", "Onset", "Verdict"]
+__all__ = [
+    "VERDICTS",
+    "AimAware",
+    "AimAwareConfig",
+    "AimAwareResult",
+    "AimAwareTrace",
+    "Classifier",
+    "Evidence",
+    "ImpactVerdict",
+    "JointEvidence",
+    "Kind",
+    "KinestheticClassifier",
+    "KinestheticConfig",
+    "Onset",
+    "Verdict",
+]
