@@ -1,0 +1,117 @@
+"""Settings of the planar arm, its task and its sensors."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, NonNegativeFloat, PositiveFloat
+
+from tactful.config import Config
+from tactful.control import ImpactControlConfig
+from tactful.impacts import ContactConfig
+
+Three = tuple[PositiveFloat, PositiveFloat, PositiveFloat]
+ThreeOrZero = tuple[NonNegativeFloat, NonNegativeFloat, NonNegativeFloat]
+
+
+class ArmConfig(Config):
+    """A planar arm of three elastic joints in a vertical plane; links are uniform rods. The figures are assumed."""
+
+    length_m: Three = (0.327, 0.393, 0.22)
+    """Lengths of the links [m]."""
+    mass_kg: Three = (3.88, 4.82, 3.10)
+    """Masses of the links [kg]."""
+    rotor_inertia_kg_m2: Three = (3.0, 2.0, 0.4)
+    """B, inertia of the motors behind the gear [kg m^2]."""
+    shaping: Annotated[float, Field(ge=1)] = 4.0
+    """How much smaller the torque loop makes the motors feel: B_theta = B / shaping."""
+    stiffness_nm_rad: Three = (12000.0, 12000.0, 5000.0)
+    """K of the joints [Nm/rad]."""
+    damping_nms_rad: ThreeOrZero = (15.0, 12.0, 4.0)
+    """D of the joints [Nms/rad]."""
+    coulomb_nm: ThreeOrZero = (0.0, 0.0, 0.0)
+    """Coulomb friction of the motors that is left after its compensation, as the torque loop lets it through [Nm]."""
+    viscous_nms: ThreeOrZero = (0.0, 0.0, 0.0)
+    """Viscous friction of the motors that is left after its compensation [Nms/rad]."""
+    tip: Literal["flat", "ball"] = "flat"
+    """A flat end effector touches with its two edges, a ball with one point."""
+    half_width_m: PositiveFloat = 0.10
+    """Half the width of the flat end effector [m]."""
+    gravity_m_s2: NonNegativeFloat = 9.81
+    """Against y [m/s^2]."""
+
+    @property
+    def motor_inertia(self) -> tuple[float, ...]:
+        """B_theta, what the torque loop leaves of the motors' inertia [kg m^2]."""
+        return tuple(B / self.shaping for B in self.rotor_inertia_kg_m2)
+
+    @property
+    def offsets_m(self) -> tuple[float, ...]:
+        """Where along the face of the tip the contact points lie [m]."""
+        return (-self.half_width_m, self.half_width_m) if self.tip == "flat" else (0.0,)
+
+
+class TaskConfig(Config):
+    """What the arm is to do, and what its planner believes. The figures are assumed."""
+
+    speed_m_s: PositiveFloat = 0.3
+    """Speed of the tip at the impact [m/s]."""
+    impact_s: PositiveFloat = 0.5
+    """t_d, desired time of the impact after the start [s]."""
+    end_s: PositiveFloat = 1.0
+    """t_f, end of the post-impact reference [s]."""
+    height_m: float = -0.05
+    """y of the surface where the impact is planned, above the shoulder [m]."""
+    elbow: Literal["up", "down"] = "up"
+    """Which of the two inverse kinematics is taken."""
+    friction: NonNegativeFloat = 0.0
+    """Coefficient of friction that the impact map assumes."""
+    restitution: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Coefficient of restitution that the impact map assumes."""
+
+
+class SensorsConfig(Config):
+    """What the sensors make of the truth, for the controller and for the monitor."""
+
+    encoder_noise_rad: NonNegativeFloat = 0.0
+    """Standard deviation of the joint positions [rad]."""
+    torque_noise_nm: NonNegativeFloat = 0.0
+    """Standard deviation of the joint torques [Nm]."""
+    velocity_cutoff_hz: PositiveFloat | None = None
+    """None measures the velocity itself; else it is the difference of positions behind a first-order low-pass [Hz]."""
+
+
+class DetectionConfig(Config):
+    """When the controller switches: the derivative of the residual of a momentum observer, (8)-(9) of the paper."""
+
+    observer_gain: PositiveFloat = 50.0
+    """K_O [1/s]."""
+    threshold_nm_s: tuple[PositiveFloat | None, PositiveFloat | None, PositiveFloat | None] = (4000.0, 4000.0, None)
+    """r_b, bound on |dr/dt| of each joint; None does not look at it [Nm/s]."""
+    refractory_s: NonNegativeFloat = 0.0
+    """Time after an impact in which no other is taken [s]."""
+
+
+class PlanarConfig(Config):
+    """A planar impact, whole. The paper gives neither robot nor controller nor r_b: all figures are assumed."""
+
+    arm: ArmConfig = ArmConfig()
+    task: TaskConfig = TaskConfig()
+    contact: ContactConfig = ContactConfig()
+    control: ImpactControlConfig = ImpactControlConfig()
+    sensors: SensorsConfig = SensorsConfig()
+    detection: DetectionConfig = DetectionConfig()
+    period_s: PositiveFloat = 0.001
+    """Time between two samples, over which the torque is held [s]."""
+    duration_s: PositiveFloat = 0.85
+    """[s]"""
+    step_s: PositiveFloat = 5e-4
+    """Largest step of the integration out of contact [s]."""
+    contact_step_s: PositiveFloat = 1e-4
+    """Largest step of the integration in contact; stiffer or more damped contacts take smaller ones [s]."""
+
+    @property
+    def samples(self) -> int:
+        """Number of samples of a run."""
+        return 1 + int(np.floor(self.duration_s / self.period_s + 1e-9))
