@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from tactful.config import ConfigError
 from tactful.errors import TactfulError
-from tactful.impacts import ContactConfig, contact_force, damping_for, friction_force, restitution
+from tactful.impacts import CompliantContactConfig, contact_force, damping_for, friction_force, restitution
 from tactful.impacts._hunt_crossley import Law
 
 
@@ -50,7 +50,7 @@ def test_series_meets_the_closed_form() -> None:
 
 def test_the_assumed_contact() -> None:
     """Restitution 0.05 at 0.3 m/s is a damping of 218 s/m."""
-    assert ContactConfig().damping_s_m == pytest.approx(218.5, abs=0.1)
+    assert CompliantContactConfig().damping_s_m == pytest.approx(218.5, abs=0.1)
 
 
 def test_never_pulls_and_is_continuous() -> None:
@@ -78,4 +78,4 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(TactfulError, match=r"restitution 1\.1"):
         damping_for(1.1, 0.3)
     with pytest.raises(ConfigError, match="restitution"):
-        ContactConfig(restitution=1.1)
+        CompliantContactConfig(restitution=1.1)

@@ -17,7 +17,7 @@ _LEAST_RESTITUTION = 1e-3
 """Below, the damping that it takes outgrows every step of an integration."""
 
 
-class ContactConfig(Config):
+class CompliantContactConfig(Config):
     r"""A compliant contact with Coulomb friction, see `contact_force` and `friction_force`."""
 
     stiffness: PositiveFloat = 2e7

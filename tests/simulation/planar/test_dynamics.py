@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from tactful.dynamics import Dynamics
-from tactful.impacts import ContactConfig
+from tactful.impacts import CompliantContactConfig
 from tactful.simulation.planar import ArmConfig, PlanarConfig, forward_kinematics, inverse_kinematics, planar_robot
 from tactful.simulation.planar._arm import absolute, jacobian, point_jacobians
 from tactful.simulation.planar._dynamics import derivative, plant_record, step
 
 ARM = ArmConfig(coulomb_nm=(1.0, 0.8, 0.3), viscous_nms=(1.0, 0.5, 0.2))
-CONFIG = PlanarConfig(arm=ARM, contact=ContactConfig(friction=0.3))
+CONFIG = PlanarConfig(arm=ARM, contact=CompliantContactConfig(friction=0.3))
 RNG = np.random.default_rng(3)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from tactful.control import ImpactControlConfig
 from tactful.errors import TactfulError
-from tactful.impacts import ContactConfig
+from tactful.impacts import CompliantContactConfig
 from tactful.simulation.planar import (
     ArmConfig,
     PlanarConfig,
@@ -127,8 +127,8 @@ def test_delay_and_friction_are_felt() -> None:
         PlanarConfig(control=ImpactControlConfig(delay_samples=1)),
         PlanarConfig(control=ImpactControlConfig(interim_s=0.02)),
         PlanarConfig(arm=ArmConfig(coulomb_nm=(1.0, 1.0, 1.0), viscous_nms=(1.0, 1.0, 1.0))),
-        PlanarConfig(contact=ContactConfig(friction=0.2)),
-        PlanarConfig(contact=ContactConfig(restitution=0.3)),
+        PlanarConfig(contact=CompliantContactConfig(friction=0.2)),
+        PlanarConfig(contact=CompliantContactConfig(restitution=0.3)),
     ):
         run = simulate_impact(80.0, 0.3, 1.0, config)
         assert np.abs(run.dq).max() < 5.0

@@ -9,7 +9,8 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from tactful.config import Config
 from tactful.control import ImpactControlConfig
-from tactful.impacts import ContactConfig
+from tactful.detection import ImpactConfig
+from tactful.impacts import CompliantContactConfig
 
 Three = tuple[PositiveFloat, PositiveFloat, PositiveFloat]
 ThreeOrZero = tuple[NonNegativeFloat, NonNegativeFloat, NonNegativeFloat]
@@ -82,26 +83,18 @@ class SensorsConfig(Config):
     """None measures the velocity itself; else it is the difference of positions behind a first-order low-pass [Hz]."""
 
 
-class DetectionConfig(Config):
-    """When the controller switches: the derivative of the residual of a momentum observer, (8)-(9) of the paper."""
-
-    observer_gain: PositiveFloat = 50.0
-    """K_O [1/s]."""
-    threshold_nm_s: tuple[PositiveFloat | None, PositiveFloat | None, PositiveFloat | None] = (4000.0, 4000.0, None)
-    """r_b, bound on |dr/dt| of each joint; None does not look at it [Nm/s]."""
-    refractory_s: NonNegativeFloat = 0.0
-    """Time after an impact in which no other is taken [s]."""
-
-
 class PlanarConfig(Config):
     """A planar impact, whole. The paper gives neither robot nor controller nor r_b: all figures are assumed."""
 
     arm: ArmConfig = ArmConfig()
     task: TaskConfig = TaskConfig()
-    contact: ContactConfig = ContactConfig()
+    contact: CompliantContactConfig = CompliantContactConfig()
     control: ImpactControlConfig = ImpactControlConfig()
     sensors: SensorsConfig = SensorsConfig()
-    detection: DetectionConfig = DetectionConfig()
+    observer_gain: PositiveFloat = 50.0
+    """K_O of the momentum observer [1/s]."""
+    impact: ImpactConfig = ImpactConfig(r_b_nm_s=(4000.0, 4000.0, float("inf")))
+    """When the controller switches; K_O and r_b decide it together."""
     period_s: PositiveFloat = 0.001
     """Time between two samples, over which the torque is held [s]."""
     duration_s: PositiveFloat = 0.85

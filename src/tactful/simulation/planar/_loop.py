@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from tactful._njit import njit
 from tactful.control._impact_aware import ANTE, INTERIM, POST, impact_aware_force
 from tactful.control._reference_spreading import spread
+from tactful.detection._impact import detect, impact_dtype, impact_record
 from tactful.dynamics import kernels
+from tactful.dynamics.kernels import copy
 from tactful.estimation._momentum_observer import observe_motion
 from tactful.simulation.planar._config import PlanarConfig
 from tactful.simulation.planar._dynamics import contacts, inertia, joint_torque, step
@@ -42,8 +44,7 @@ def loop_dtype() -> np.dtype[np.void]:
             ("encoder_noise", "f8"),
             ("torque_noise", "f8"),
             ("smoothing", "f8"),  # share of the new difference in the velocity; 0: the velocity is measured
-            ("threshold", *three),  # r_b
-            ("refractory", "f8"),
+            ("detector", impact_dtype(3)),
             ("measured", "f8", (6,)),  # absolute angles and their rates
             ("x", *three),
             ("dx", *three),
@@ -57,8 +58,6 @@ def loop_dtype() -> np.dtype[np.void]:
             ("dq", *three),
             ("tau", *three),
             ("last_q", *three),
-            ("r", *three),
-            ("slope", *three),  # dr/dt of the sample before
             ("held", "f8", (32, 3)),  # torques on their way
         ],
         align=True,
@@ -69,7 +68,7 @@ def loop_record(config: PlanarConfig) -> Record:
     """Return controller, sensors and detection before a run."""
     record: Any = np.zeros(1, loop_dtype())
     loop = record[0]
-    control, sensors, detection = config.control, config.sensors, config.detection
+    control, sensors = config.control, config.sensors
     loop["stiffness"], loop["damping"] = control.stiffness, control.damping
     loop["normal_force"], loop["friction"] = control.normal_force_n, control.friction
     loop["interim"], loop["delay"] = control.interim_s, control.delay_samples
@@ -77,8 +76,7 @@ def loop_record(config: PlanarConfig) -> Record:
     loop["encoder_noise"], loop["torque_noise"] = sensors.encoder_noise_rad, sensors.torque_noise_nm
     if sensors.velocity_cutoff_hz is not None:
         loop["smoothing"] = 1 - math.exp(-2 * math.pi * sensors.velocity_cutoff_hz * config.period_s)
-    loop["threshold"] = [math.inf if bound is None else bound for bound in detection.threshold_nm_s]
-    loop["refractory"] = detection.refractory_s
+    loop["detector"] = impact_record(3, config.impact)[0]
     return record  # type: ignore[no-any-return]
 
 
@@ -99,18 +97,6 @@ def _measure(loop: Any, plant: Any, first: bool, noise: Array) -> None:
         else:
             loop.dq[i] += loop.smoothing * ((loop.q[i] - loop.last_q[i]) / loop.period - loop.dq[i])
         loop.last_q[i] = loop.q[i]
-
-
-@njit(cache=True)
-def _detect(loop: Any, first: bool, r: Array) -> bool:
-    """Whether an entry of dr/dt reaches its bound while it was below it the sample before, (8)-(9) of the paper."""
-    found = False
-    for i in range(3):
-        slope = 0.0 if first else (r[i] - loop.r[i]) / loop.period
-        if abs(slope) >= loop.threshold[i] > abs(loop.slope[i]):
-            found = True
-        loop.slope[i], loop.r[i] = slope, r[i]
-    return found
 
 
 @njit(cache=True)
@@ -174,13 +160,14 @@ def run(
     start: Array,
     noise: Array,
     rows: Array,
+    residual: Array,
     force: Array,
     touches: Array,
     detected: Array,
 ) -> tuple[int, int]:
     """Run one case.
 
-    Sets rows (N, 12): q, dq, tau_J as measured and the true tau_ext; force (N, c, 2): normal and tangential; touches
+    Sets rows (N, 12): q, dq, tau_J as measured and the true tau_ext; residual (N, 3); force (N, c, 2): normal and tangential; touches
     (EVENTS, 3): time, point and speed of approach; detected (EVENTS,). Returns how many touches and detections.
     """
     points = plant.offset.shape[0]
@@ -206,7 +193,8 @@ def run(
             force[k, c, 0], force[k, c, 1] = plant.F_n[c], plant.F_t[c]
         kernels.place(arm, motion, loop.q)
         observe_motion(arm, motion, observer, loop.period, loop.q, loop.dq, loop.tau)
-        if _detect(loop, k == 0, observer.r) and t - latest >= loop.refractory:
+        copy(observer.r, residual[k])
+        if detect(loop.detector, loop.period, observer.r):
             latest = t
             if n_detect < EVENTS:
                 detected[n_detect] = t

@@ -48,6 +48,7 @@ class PlanarImpact:
         dq: (N, 3) measured joint velocities, at the links [rad/s].
         tau: (N, 3) measured joint torques tau_J = K (theta - q) [Nm].
         tau_ext: (N, 3) true external torques [Nm].
+        r: (N, 3) residual of the momentum observer in the loop [Nm].
         force_n: (N, c, 2) true normal and tangential forces at the contact points [N].
         touches: true landings, in order of time.
         detected_s: impacts that the controller detected; it switched at the first [s].
@@ -62,6 +63,7 @@ class PlanarImpact:
     dq: Array
     tau: Array
     tau_ext: Array
+    r: Array
     force_n: Array
     touches: tuple[Touch, ...]
     detected_s: Array
@@ -133,7 +135,7 @@ def simulate_impacts(
 
 def _simulate(cases: Array, config: PlanarConfig, seed: int, plans: dict[Any, Any]) -> list[PlanarImpact]:
     robot = planar_robot(config.arm)
-    observing = ObserverConfig(bandwidth_hz=config.detection.observer_gain / (2 * np.pi), joint_flexibility=True)
+    observing = ObserverConfig(bandwidth_hz=config.observer_gain / (2 * np.pi), joint_flexibility=True)
     records: list[Any] = [plant_record(config), loop_record(config), arm_record(robot), motion_record(3)]
     records.append(observer_record(robot, observing))
     plant, *_, observer = rows_of = [record[0] for record in records]
@@ -152,14 +154,14 @@ def _simulate(cases: Array, config: PlanarConfig, seed: int, plans: dict[Any, An
             key = [seed, *(round(1e6 * value) & 0xFFFFFFFF for value in (alpha, x_imp, beta))]
             noise = np.random.default_rng(key).standard_normal((N, 6))
         start = absolute(inverse_kinematics(config.arm, reference.at(0.0, post=False)[0], config.task.elbow))
-        rows, force = np.empty((N, 12)), np.empty((N, c, 2))
+        rows, r, force = np.empty((N, 12)), np.empty((N, 3)), np.empty((N, c, 2))
         touches, detected = np.empty((EVENTS, 3)), np.empty(EVENTS)
         n_touch, n_detect = run(
-            *rows_of, reference.times_s, reference.coefficients, start, noise, rows, force, touches, detected
+            *rows_of, reference.times_s, reference.coefficients, start, noise, rows, r, force, touches, detected
         )
         q, dq, tau, tau_ext = (np.ascontiguousarray(rows[:, 3 * i : 3 * i + 3]) for i in range(4))
         landed = tuple(Touch(float(s), int(p), float(v)) for s, p, v in touches[:n_touch])
         runs.append(
-            PlanarImpact(alpha, x_imp, beta, plan, t, q, dq, tau, tau_ext, force, landed, detected[:n_detect].copy())
+            PlanarImpact(alpha, x_imp, beta, plan, t, q, dq, tau, tau_ext, r, force, landed, detected[:n_detect].copy())
         )
     return runs
