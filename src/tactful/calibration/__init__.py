@@ -3,6 +3,7 @@
 from tactful.calibration._calibrate import Calibration, calibrate
 from tactful.calibration._errors import CalibrationError
 from tactful.calibration._fit import Fit
+from tactful.calibration._sensors import fit_sensors
 from tactful.calibration._threshold import Threshold, threshold_for_rate
 
-__all__ = ["Calibration", "CalibrationError", "Fit", "Threshold", "calibrate", "threshold_for_rate"]
+__all__ = ["Calibration", "CalibrationError", "Fit", "Threshold", "calibrate", "fit_sensors", "threshold_for_rate"]

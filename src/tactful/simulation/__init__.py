@@ -3,7 +3,7 @@
 Needs the extra `mujoco`.
 """
 
-from tactful.simulation._config import CellConfig, SensorConfig
+from tactful.simulation._config import CellConfig, NoiseSpectrum, SensorConfig
 from tactful.simulation._demonstration import Demonstration
 from tactful.simulation._episode import Episode, collision_and_help
 from tactful.simulation._fixtures import Bar, Box, Fixture, HoledBox, Table
@@ -36,6 +36,7 @@ __all__ = [
     "Hand",
     "Hesitation",
     "HoledBox",
+    "NoiseSpectrum",
     "Operator",
     "Push",
     "Sample",

@@ -252,8 +252,10 @@ class WorkCell:
         return ("collision",) * collided + ("cooperation",) * helped
 
     def recording(self, source: str = "simulation") -> Recording:
-        """Return all samples so far; its labels are the contacts that reached 1 N."""
+        """Return all samples so far as the sensors log them; its labels are the contacts that reached 1 N."""
         t, q, dq, tau = (np.array(column) for column in zip(*self._samples, strict=True))
+        t, rows = self._sensors.stamps(t)
+        q, dq, tau = q[rows], dq[rows], tau[rows]
         labels = tuple(contact.label() for contact in self.contacts if contact.visible_s is not None)
         return Recording(
             t=t, channels={"q": q, "dq": dq, "tau": tau}, labels=labels, source=source, format="simulation"
