@@ -356,3 +356,19 @@ def test_bad_input() -> None:
         AimAwareConfig(m_mx=3)
     with pytest.raises(TactfulError, match="dq has shape"):
         AimAware(PLAN).run([0.0], [[0.0, 0.0]], [[0.0]], [[0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("rows", "reason"),
+    [
+        (run_of([0.302]), None),
+        (run_of([]), "missed"),
+        (run_of([0.45]), "late"),
+        (run_of([0.15]), "early"),
+        (run_of([0.3], displaced_rad=0.1), "wrong place"),
+        (run_of([0.3], offset=(0.3, 0.0)), "motion"),
+    ],
+)
+def test_reason(rows: Rows, reason: str | None) -> None:
+    """A reaction is chosen by it."""
+    assert verdict_of(rows).reason == reason

@@ -2,7 +2,7 @@
 
 from tactful.classification._aim_aware import AimAware, AimAwareTrace
 from tactful.classification._aim_aware_config import AimAwareConfig
-from tactful.classification._aim_aware_result import VERDICTS, AimAwareResult, ImpactVerdict, JointEvidence
+from tactful.classification._aim_aware_result import VERDICTS, AimAwareResult, ImpactVerdict, JointEvidence, Reason
 from tactful.classification._kinesthetic import KinestheticClassifier, KinestheticConfig
 from tactful.classification._onset import Onset
 from tactful.classification._verdict import Classifier, Evidence, Kind, Verdict
@@ -21,5 +21,6 @@ __all__ = [
     "KinestheticClassifier",
     "KinestheticConfig",
     "Onset",
+    "Reason",
     "Verdict",
 ]

@@ -34,6 +34,9 @@ class AimAwareConfig(Config):
     """"literal" is Algorithm 1 as it is printed, see `AimAware`."""
     envelope: bool = True
     """Whether the velocity error is judged by its envelope, or as it is: a baseline."""
+    bandwidth_hz: Positive = 8.0
+    """K_O / (2 pi) of the residual in which a `Monitor` looks for impacts; a low one parts them from noise better, as
+    the decay of r goes with K_O^2 and its peak with K_O. K_O is not published [Hz]."""
     impact: ImpactConfig = ImpactConfig()
     """The detection of impacts."""
     m_max: Annotated[int, Field(ge=0)] = 15

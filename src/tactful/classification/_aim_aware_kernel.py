@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 OFF, YET_UNKNOWN, EXPECTED, UNEXPECTED, MISSED = range(5)
 """Verdicts."""
+DECIDED_FROM = EXPECTED
+"""The verdicts from this one on are final words on what was seen so far."""
 
 IMPACTS = 16
 """Impacts whose times are kept."""

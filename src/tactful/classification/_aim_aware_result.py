@@ -14,6 +14,7 @@ from tactful.classification._verdict import Evidence
 
 Array = NDArray[np.float64]
 ImpactVerdict = Literal["off", "yet unknown", "expected", "unexpected", "missed"]
+Reason = Literal["missed", "early", "late", "wrong place", "impacts apart", "motion"]
 
 VERDICTS: tuple[ImpactVerdict, ...] = ("off", "yet unknown", "expected", "unexpected", "missed")
 """The verdicts in the order of their codes."""
@@ -99,7 +100,7 @@ class AimAwareResult:
     def evidence(self) -> tuple[Evidence, ...]:
         """The rules that were broken, those at the time of impact first; if none was, the one that was nearest."""
         config = self.config
-        if self.verdict == "missed":
+        if self.verdict == "missed" and not self.judged:
             return (Evidence("missed", None, config.latest_s, "missed: no impact came"),)
         if not self.judged:
             return ()
@@ -127,12 +128,25 @@ class AimAwareResult:
         )
 
     @property
+    def reason(self) -> Reason | None:
+        """What was wrong first; None unless the verdict is "unexpected" or "missed".
+
+        "motion" means that the arm moves otherwise than planned after an impact that came in time, at its place.
+        """
+        if self.verdict not in ("missed", "unexpected"):
+            return None
+        if not self.judged:
+            return "missed"
+        broken = self.evidence[0].rule
+        late: Reason = "late" if self.timing_s > 0 else "early"
+        reasons: dict[str | None, Reason] = {"timing": late, "place": "wrong place", "spacing": "impacts apart"}
+        return reasons.get(broken, "motion")
+
+    @property
     def confidence(self) -> float:
         """How far the verdict is from its thresholds, in [1/2, 1]; no calibrated probability."""
-        if self.verdict == "missed":
-            return 1.0
         if not self.judged:
-            return 0.5
+            return 1.0 if self.verdict == "missed" else 0.5
         config = self.config
         ratios = [
             abs(self.timing_s) / config.zeta_s,
