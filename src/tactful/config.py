@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from typing import Any
+import tomllib
+from pathlib import Path
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -34,6 +36,24 @@ class Config(BaseModel):
             super().__init__(**data)
         except ValidationError as error:
             raise _one_line(type(self), error) from None
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Self:
+        """Return the configuration that a TOML file holds; what it does not name has its default.
+
+        Raises:
+            ConfigError: if the file cannot be read, is not TOML, or has an unknown key or a value that is not allowed.
+        """
+        file = Path(path)
+        try:
+            data: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ConfigError(str(file), "", f"cannot be read: {error.strerror}") from None
+        except UnicodeDecodeError:
+            raise ConfigError(str(file), "", "is not text: a configuration is a TOML file in UTF-8") from None
+        except tomllib.TOMLDecodeError as error:
+            raise ConfigError(str(file), "", f"is not TOML: {error}") from None
+        return cls(**data)
 
 
 def _one_line(model: type[Config], error: ValidationError) -> ConfigError:
