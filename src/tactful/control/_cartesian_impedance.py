@@ -14,6 +14,7 @@ from tactful._njit import njit
 from tactful.control._config import ImpedanceConfig
 from tactful.control._rotation import quaternion_error
 from tactful.dynamics import arm_record, kernels, motion_record
+from tactful.dynamics._linear import solve_positive
 from tactful.errors import TactfulError
 from tactful.robots import Robot
 
@@ -53,25 +54,6 @@ def _controller_dtype(n: int) -> np.dtype[np.void]:
 
 
 @njit(cache=True)
-def _solve(A: Array, b: Array) -> None:
-    """Set b to A^-1 b for a symmetric, positive definite A (6, 6), by its Cholesky factor, which replaces A."""
-    m = A.shape[0]
-    for i in range(m):
-        for j in range(i + 1):
-            total = A[i, j]
-            for k in range(j):
-                total -= A[i, k] * A[j, k]
-            A[i, j] = np.sqrt(total) if i == j else total / A[j, j]
-        for k in range(i):
-            b[i] -= A[i, k] * b[k]
-        b[i] /= A[i, i]
-    for i in range(m - 1, -1, -1):
-        for k in range(i + 1, m):
-            b[i] -= A[k, i] * b[k]
-        b[i] /= A[i, i]
-
-
-@njit(cache=True)
 def _add_posture(controller: Any) -> None:
     """Add to `wanted` the posture's torque without the part that a force at the tip could balance."""
     J, A, b = controller.J, controller.A, controller.b
@@ -91,7 +73,7 @@ def _add_posture(controller: Any) -> None:
         trace += A[r, r]
     for r in range(6):
         A[r, r] += 1e-9 * trace
-    _solve(A, b)
+    solve_positive(A, b)
     for i in range(n):
         controller.wanted[i] += controller.tau[i]
         for r in range(6):

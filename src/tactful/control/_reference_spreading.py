@@ -34,7 +34,7 @@ class ReferenceSpreading(FrozenRecord):
     Example:
         >>> from tactful.control import ReferenceSpreading
         >>> spread = ReferenceSpreading.between((0.0, 0.5, 1.0), [[0.075], [0.0], [0.0]], [[-0.3], [0.0]])
-        >>> float(spread.at(0.6, post=False)[0][0])
+        >>> round(float(spread.at(0.6, post=False)[0][0]), 6)
         -0.03
     """
 

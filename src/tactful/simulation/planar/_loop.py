@@ -167,8 +167,9 @@ def run(
 ) -> tuple[int, int]:
     """Run one case.
 
-    Sets rows (N, 12): q, dq, tau_J as measured and the true tau_ext; residual (N, 3); force (N, c, 2): normal and tangential; touches
-    (EVENTS, 3): time, point and speed of approach; detected (EVENTS,). Returns how many touches and detections.
+    Sets rows (N, 12): q, dq, tau_J as measured and the true tau_ext; residual (N, 3); force (N, c, 2): normal and
+    tangential; touches (EVENTS, 3): time, point and speed of approach; detected (EVENTS,). Returns how many touches
+    and detections.
     """
     points = plant.offset.shape[0]
     _start(plant, start)
