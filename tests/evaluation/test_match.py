@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactful import ContactEvent, Label
-from tactful.evaluation import EARLY_S, LATE_S, ForceLabel, match_events
+from tactful.evaluation import EARLY_S, LATE_S, match_events
 from tests.evaluation._made import event
 
 times = st.floats(0, 10, allow_nan=False).map(lambda t: round(t, 3))
@@ -64,7 +64,7 @@ def test_an_alarm_that_goes_on_through_a_contact_finds_nothing() -> None:
 
 def test_latency_from_the_visible_onset() -> None:
     """A slow push cannot be seen when it begins: both latencies are told."""
-    label = ForceLabel("contact", 1.0, 2.0, visible_s=1.2)
+    label = Label("contact", 1.0, 2.0, visible_s=1.2)
     match = match_events([event(1.25)], [label]).matches[0]
     assert match.latency_s == pytest.approx(0.25)
     assert match.visible_latency_s == pytest.approx(0.05)

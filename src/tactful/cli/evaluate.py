@@ -159,9 +159,6 @@ def _kind(label: "Label") -> str:
 
 
 def _strength(label: "Label") -> str:
-    from tactful.evaluation import ForceLabel
-
-    assert isinstance(label, ForceLabel)
     assert label.peak_force_n is not None
     return f"{label.kind} {'from' if label.peak_force_n >= _STRONG_N else 'below'} {_STRONG_N} N"
 

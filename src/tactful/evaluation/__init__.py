@@ -5,7 +5,7 @@ from tactful.evaluation._figures import Confusion, ContactFigures, Figures, grou
 from tactful.evaluation._find import find_recordings
 from tactful.evaluation._force_truth import ForceError, force_error, labels_from_wrench
 from tactful.evaluation._inject import InjectedContact, inject
-from tactful.evaluation._labels import LABEL_KINDS, ForceLabel, check_labels
+from tactful.evaluation._labels import LABEL_KINDS, check_labels
 from tactful.evaluation._match import EARLY_S, LATE_S, Match, Matching, match_events
 from tactful.evaluation._outcome import Outcome, evaluate
 from tactful.evaluation._random_contacts import random_contacts
@@ -20,7 +20,6 @@ __all__ = [
     "EvaluationError",
     "Figures",
     "ForceError",
-    "ForceLabel",
     "InjectedContact",
     "Match",
     "Matching",

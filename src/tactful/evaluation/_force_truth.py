@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactful.evaluation._errors import EvaluationError
-from tactful.evaluation._labels import VISIBLE_N, ForceLabel
+from tactful.evaluation._labels import VISIBLE_N
 from tactful.monitor import Timeline
-from tactful.recordings import Recording
+from tactful.recordings import Label, Recording
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ _BEFORE_S, _GUARD_S = 0.5, 0.1
 
 def labels_from_wrench(
     recording: Recording, *, threshold_n: float = VISIBLE_N, low_n: float = 0.2, debounce_s: float = 0.1
-) -> tuple[ForceLabel, ...]:
+) -> tuple[Label, ...]:
     """Return the contacts that the force/torque sensor of a recording shows, as labels of the kind `contact`.
 
     A contact is a stretch in which |F| passes the threshold in at least two rows. It reaches, backwards and forwards,
@@ -53,7 +53,7 @@ def labels_from_wrench(
         visible = rows[magnitude[rows] > threshold_n]
         if len(visible) >= 2:
             labels.append(
-                ForceLabel(
+                Label(
                     "contact",
                     float(t[rows[0]]),
                     float(t[rows[-1]]),

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from tactful.dynamics import Dynamics
 from tactful.estimation import WrenchConfig, external_wrench
 from tactful.evaluation._errors import EvaluationError
-from tactful.evaluation._labels import VISIBLE_N, ForceLabel
-from tactful.recordings import Recording
+from tactful.evaluation._labels import VISIBLE_N
+from tactful.recordings import Label, Recording
 from tactful.robots import Frame, Robot
 
 Array = NDArray[np.float64]
@@ -91,9 +91,9 @@ class InjectedContact:
         force: Array = share[:, None] * np.asarray(self.force_n)  # (k, 3)
         return force
 
-    def label(self) -> ForceLabel:
+    def label(self) -> Label:
         """The contact as the truth of a recording."""
-        return ForceLabel(
+        return Label(
             self.kind,
             self.start_s,
             self.end_s,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import get_args
 
@@ -21,19 +20,6 @@ VISIBLE_N = 1.0
 
 _SLACK_S = 0.1
 """How far a label may reach beyond the rows: hand-made ones are rounded [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ForceLabel(Label):
-    """A label from a force that is known: `start_s` is the touch.
-
-    Attributes:
-        visible_s: when the force first passed a level at which it can be seen, 1 N unless said otherwise [s].
-        peak_force_n: largest magnitude of the force [N].
-    """
-
-    visible_s: float | None = None
-    peak_force_n: float | None = None
 
 
 def tells_kind(label: Label) -> bool:

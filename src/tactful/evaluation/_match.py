@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from tactful.evaluation._labels import ForceLabel, tells_kind
+from tactful.evaluation._labels import tells_kind
 from tactful.monitor import ContactEvent
 from tactful.recordings import Label
 
@@ -39,7 +39,7 @@ class Match:
     @property
     def visible_latency_s(self) -> float | None:
         """Time from the moment at which the force could be seen to the detection [s]; None where it is not labelled."""
-        visible_s = self.label.visible_s if isinstance(self.label, ForceLabel) else None
+        visible_s = self.label.visible_s
         return None if self.event is None or visible_s is None else self.event.detected_s - visible_s
 
     @property
