@@ -88,7 +88,7 @@ def test_stream_is_batch_bit_for_bit(panda: Robot, touched: Recording, config: M
         assert getattr(batch._memory, name).tobytes() == getattr(single._memory, name).tobytes()
     phases = [event.phase for event in events if event.id == 0]
     assert (phases[0], phases[-1]) == ("began", "ended")
-    assert ("changed" in phases) == (config.mode == "fast")
+    assert "changed" in phases
 
 
 def test_run_in_pieces_is_run_at_once(panda: Robot, touched: Recording, config: MonitorConfig) -> None:
@@ -242,7 +242,7 @@ def test_one_impact_over_several_axes_is_one_contact(panda: Robot) -> None:
 def test_help_in_a_collision_replaces_it_by_cooperation(panda: Robot) -> None:
     """COLL -> COOP, the transition that the paper adds: the old event ends where the new one begins."""
     rec = recording(panda, Touch(0.8, 3.0, (0, -25.0, 0)), Touch(1.4, 3.0, (20.0, 0, 0)))
-    events = stream(Monitor(panda, PAPER), rec)
+    events = [event for event in stream(Monitor(panda, PAPER), rec) if event.phase != "changed"]
     assert [(event.kind, event.phase) for event in events] == [
         ("collision", "began"),
         ("cooperation", "began"),

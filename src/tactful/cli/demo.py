@@ -77,9 +77,8 @@ def _watch(episode: "Episode", watch: "Monitor", console: Console) -> list["Cont
     for t, q, dq, tau in episode.run():
         event = watch.update(t, q, dq, tau)
         if event is not None:
+            why = "" if event.phase == "ended" else _why(event, latest.get(event.id))
             latest[event.id] = event
-            told = event.evidence[-1].text.partition(": ")[2] if event.evidence else "to be classified"
-            why = "" if event.phase == "ended" else told
             console.print(
                 f"[dim]{t:6.3f} s[/dim]",
                 Text(f"{event.kind} {event.phase}".replace("_", " ").ljust(19), style=KIND_STYLES[event.kind]),
@@ -87,6 +86,13 @@ def _watch(episode: "Episode", watch: "Monitor", console: Console) -> list["Cont
                 soft_wrap=True,
             )
     return list(latest.values())
+
+
+def _why(event: "ContactEvent", before: "ContactEvent | None") -> str:
+    """Say what is new in an event."""
+    if event.link is not None and event.location is not None and (before is None or before.link != event.link):
+        return f"on {event.link}, P = {event.location.confidence:.3f}"
+    return event.evidence[-1].text.partition(": ")[2] if event.evidence else "to be classified"
 
 
 def _table(events: list["ContactEvent"], episode: "Episode") -> Table:
@@ -143,7 +149,7 @@ def _truth(contact: "TrueContact", links: tuple[str, ...]) -> tuple[str | Text, 
 def _said(event: "ContactEvent", touch_s: float) -> tuple[str | Text, ...]:
     return (
         Text(event.kind.replace("_", " "), style=KIND_STYLES[event.kind]),
-        "",
+        event.link or "",
         f"{event.onset_s:.3f}",
         f"{(event.detected_s - touch_s) * 1e3:+.0f} ms",
         "lasts" if event.end_s is None else f"{event.end_s:.3f}",

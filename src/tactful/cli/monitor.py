@@ -151,6 +151,28 @@ def _print_table(timeline: "Timeline") -> None:
         console.print(f"degraded: {timeline.health}", style="yellow", highlight=False)
     else:
         console.print(f"{timeline.health}", style="dim", highlight=False)
+    _print_bias(timeline, console)
+
+
+def _print_bias(timeline: "Timeline", console: Console) -> None:
+    unit = "Nm" if timeline.robot else "N, Nm"
+    bound = [
+        i
+        for i, (b, limit) in enumerate(zip(timeline.bias_nm, timeline.bias_limit_nm, strict=True))
+        if abs(b) >= limit > 0
+    ]
+    if bound:
+        told = ", ".join(f"{i + 1} ({timeline.bias_nm[i]:+.2f} {unit})" for i in bound)
+        console.print(
+            f"the bias of channel {told} is at its bound: calibrate anew, or name the tool that was changed",
+            style="yellow",
+            highlight=False,
+        )
+    elif any(timeline.bias_nm):
+        largest = max(timeline.bias_nm, key=abs)
+        console.print(
+            f"bias followed while nothing touched: at most {abs(largest):.2g} {unit}", style="dim", highlight=False
+        )
 
 
 def _table(timeline: "Timeline") -> Table:
@@ -160,7 +182,7 @@ def _table(timeline: "Timeline") -> Table:
     table.add_column("kind")
     table.add_column("sure", justify="right")
     table.add_column(Text("force [N]"), justify="right")
-    table.add_column("along")
+    table.add_column("where")
     table.add_column("why")
     for event in timeline:
         table.add_row(*_cells(event))
@@ -176,6 +198,16 @@ def _cells(event: "ContactEvent") -> tuple[str | Text, ...]:
         Text(event.kind.replace("_", " "), style=KIND_STYLES[event.kind]),
         f"{event.confidence:.2f}",
         f"{event.peak_force_n:.1f}" + ("*" if event.damped else ""),
-        " ".join(event.directions),
+        _where(event),
         Text(why.partition(": ")[2] or why),
     )
+
+
+def _where(event: "ContactEvent") -> str:
+    """Say the link or, where none is sure, the part of the arm."""
+    location = event.location
+    if event.link is not None:
+        return event.link
+    if location is None:
+        return ""
+    return "more than one?" if location.several else f"{location.region}?"

@@ -89,11 +89,16 @@ class FastConfig(Config):
     """Time constant with which a slow change of the external torque is forgotten [s]."""
     contact_drift_s: PositiveFloat = 0.15
     """The same while there is a contact: what stays is forgotten, so that another contact shows [s]."""
+    bias_s: PositiveFloat = 30.0
+    """Time constant with which the bias of the external torque is followed while nothing suggests a contact, that is
+    while the level is below half of the threshold: sensors that warm up, a tool that was changed [s]."""
+    bias_limit: NonNegativeFloat = 2.0
+    """Bound on that bias, in standard deviations `model_nm`; 0 follows none."""
     slow_hz: PositiveFloat = 8.0
     """Cut-off of the slow external torque that says whether a contact is over [Hz]."""
-    release: PositiveFloat = 5.0
+    release: PositiveFloat | tuple[PositiveFloat, ...] = 5.0
     """A contact lasts while the slow external torque of a joint differs by more than this from that before it, in
-    standard deviations `model_nm`."""
+    standard deviations `model_nm`; one number for all joints or one each."""
     decide_s: NonNegativeFloat = 0.02
     """Time after the detection at which the contact is classified, from what was seen by then [s]."""
     decide_until_s: NonNegativeFloat = 0.2

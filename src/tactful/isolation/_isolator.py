@@ -203,6 +203,7 @@ class Isolator:
             force_covariance=work["force_cov"].copy(),
             magnitude_n=size,
             magnitude_interval_n=(max(size - reach, 0.0), size + reach),
+            signal=float(work["square"]),
             misfit=misfit,
             explained=explained,
             several=explained < config.false_misfit,

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from tactful._njit import njit
+from tactful.dynamics.kernels import copy
 from tactful.isolation._evidence import Array, add_moment, force, score, whiten, whiten_link
 
 _NEGLIGIBLE = 12.0
@@ -106,8 +107,8 @@ def _place_capsules(motion: Any, capsules: Any) -> None:
         capsule = capsules[k]
         start, axis = capsule.start, capsule.axis
         if capsule.link < 0:
-            start[:] = capsule.ends[0]
-            axis[:] = capsule.ends[1]
+            copy(capsule.ends[0], start)
+            copy(capsule.ends[1], axis)
         else:
             _place(motion, capsule.link, capsule.ends[0], start)
             _place(motion, capsule.link, capsule.ends[1], axis)
@@ -198,7 +199,7 @@ def _refine(motion: Any, cells: Any, fine: Any, capsules: Any, links: Any, atoms
         if not cell.refined and cell.log_p > best - 2.0 * _NEGLIGIBLE:
             atom = atoms[count]
             atom.link, atom.level, atom.index, atom.area, atom.p = cell.link, 0, k, cell.area, cell.log_p
-            atom.parts[:] = cell.parts
+            copy(cell.parts, atom.parts)
             count += 1
     return count
 
@@ -257,11 +258,11 @@ def _add_force(x: Array, link: Any, level: int, share: float, parts: Array, work
 def _summarise(motion: Any, best: int, count: int, cells: Any, fine: Any, links: Any, atoms: Any, work: Any) -> None:
     """Place the atoms in the base, and sum up the point and the force of a contact on the best link."""
     link = links[best]
-    work.point[:] = 0.0
-    work.point_cov[:, :] = 0.0
-    work.force[:] = 0.0
-    work.force_cov[:, :] = 0.0
-    work.size[:] = 0.0
+    work.size[0] = work.size[1] = 0.0
+    for r in range(3):
+        work.point[r] = work.force[r] = 0.0
+        for s in range(3):
+            work.point_cov[r, s] = work.force_cov[r, s] = 0.0
     top, mass = 0.0, 0.0
     for a in range(count):
         if atoms[a].link == best:
@@ -295,7 +296,7 @@ def _summarise(motion: Any, best: int, count: int, cells: Any, fine: Any, links:
 @njit(cache=True)
 def _turn(R: Array, f: Array, S: Array, old: Array, RS: Array) -> None:
     """Set f <- R f and S <- R S R^T."""
-    old[:] = f
+    copy(f, old)
     for r in range(3):
         f[r] = R[r, 0] * old[0] + R[r, 1] * old[1] + R[r, 2] * old[2]
         for s in range(3):

@@ -122,6 +122,8 @@ class ContactLocation:
     """Magnitude of the force [N]."""
     magnitude_interval_n: tuple[float, float]
     """Interval that holds the magnitude with the probability `coverage` [N]."""
+    signal: float
+    """Squared Mahalanobis distance of the torque from none."""
     misfit: float
     """Squared Mahalanobis distance of the torque from the best single contact."""
     explained: float

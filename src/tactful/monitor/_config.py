@@ -14,6 +14,7 @@ from tactful.classification import KinestheticConfig
 from tactful.config import Config, ConfigError
 from tactful.detection import ContactConfig, FastConfig, FrequencyConfig, NoiseConfig
 from tactful.estimation import ObserverConfig, WrenchConfig
+from tactful.isolation import IsolationConfig
 from tactful.robots import Robot
 from tactful.signals import largest_band_hz
 
@@ -101,6 +102,7 @@ class MonitorConfig(Config):
     noise: NoiseConfig = NoiseConfig()
     frequency: FrequencyConfig = FrequencyConfig()
     contact: ContactConfig = ContactConfig()
+    isolation: IsolationConfig = IsolationConfig()
     kinesthetic: KinestheticConfig = KinestheticConfig()
     provenance: dict[str, Any] = Field(default_factory=dict)
     """Where the settings come from, as `tactful calibrate` writes it; nothing depends on it."""

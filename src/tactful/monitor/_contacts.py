@@ -26,7 +26,8 @@ from tactful.detection.contact_state import (
 from tactful.estimation._wrench import smallest_singular_value
 from tactful.monitor._config import MonitorConfig
 from tactful.monitor._event import ContactEvent
-from tactful.monitor._kernel import WRENCH
+from tactful.monitor._kernel import LOCATE, WRENCH
+from tactful.monitor._locator import BASELINE_S, SETTLED_S, Locator
 from tactful.monitor._memory import Memory
 from tactful.signals import onset_index
 
@@ -62,12 +63,15 @@ class Contacts:
         memory: the monitor's memory, which the kernel fills.
         config: the settings.
         classifier: what tells the kind of a contact.
+        locator: what tells where it is, if that can be told.
     """
 
-    def __init__(self, memory: Memory, config: MonitorConfig, classifier: Classifier) -> None:
+    def __init__(
+        self, memory: Memory, config: MonitorConfig, classifier: Classifier, locator: Locator | None = None
+    ) -> None:
         self.current: ContactEvent | None = None
         self.waiting: deque[ContactEvent] = deque()
-        self._memory, self._config, self._classifier = memory, config, classifier
+        self._memory, self._config, self._classifier, self._locator = memory, config, classifier, locator
         self._count = 0
         self._free_since_s = -np.inf
         self._undecided: _Detection | None = None
@@ -93,6 +97,11 @@ class Contacts:
 
     def react(self, code: int) -> ContactEvent | None:
         """Tell what a sample brought."""
+        if code == LOCATE:
+            located = self._located()
+            if located is not None:
+                self.waiting.append(located)
+            return self.next()
         if code == DETECTED:
             return self._detected()
         if code == NEW_DIRECTION:
@@ -105,6 +114,26 @@ class Contacts:
         self.current, self._undecided = None, None
         self._free_since_s = end_s
         return ended
+
+    def _located(self) -> ContactEvent | None:
+        """Look where the contact is; tell it when that is another link than was thought."""
+        assert self.current is not None
+        thought = self.current.link
+        self._locate()
+        if self.current.link in (None, thought):
+            return None
+        self.current = replace(self.current, phase="changed", peak_force_n=self._peak())
+        return self.current
+
+    def _locate(self) -> None:
+        assert self.current is not None
+        if self._locator is None:
+            return
+        age_s = float(self._memory.sample["t"][0]) - self.current.onset_s
+        location = self._locator.look(age_s)
+        if location is not None:
+            sure = age_s >= SETTLED_S and not location.ambiguous and not location.several
+            self.current = replace(self.current, location=location, link=location.link if sure else None)
 
     def _detected(self) -> ContactEvent:
         onset = self._onset()
@@ -157,6 +186,7 @@ class Contacts:
             torque_ext_nm=_floats(self._torque(onset, detection.before)),
             peak_force_n=self._peak(),
         )
+        self._locate()
         return self.current
 
     def _told(self, onset: Onset, detection: _Detection, verdict: Verdict) -> ContactEvent:
@@ -187,6 +217,8 @@ class Contacts:
         contact["peak"] = float(np.linalg.norm(force))
         tell(contact, _STATES.get(verdict.kind, CONTACT))
         velocity = onset.velocity_before_m_s(_BEFORE_S)
+        if self._locator is not None:
+            self._locator.begin(before["bias"], second=onset.in_collision)
         self.current = ContactEvent(
             id=self._count,
             phase="began",
@@ -195,6 +227,7 @@ class Contacts:
             detected_s=detection.detected_s,
             end_s=None,
             link=None,
+            location=None,
             directions=detection.directions,
             force_n=_floats(force),
             peak_force_n=float(np.linalg.norm(force)),
@@ -206,6 +239,7 @@ class Contacts:
             damped=detection.damped,
         )
         self._count += 1
+        self._locate()
         return self.current
 
     def _ended(self, end_s: float) -> ContactEvent:
@@ -227,11 +261,13 @@ class Contacts:
         placed = bool(sample["has_q"])
         count, guard = (round(span_s * self._config.rate_hz) for span_s in (_BEFORE_S, _GUARD_S))
         last = max(0, onset.index - guard)
-        rows = self._rows()[max(0, last + 1 - max(1, count)) : last + 1]
+        before = self._rows()[: last + 1]
+        rows = before[-max(1, count) :]
+        bias = before["tau_ext"][-max(1, round(BASELINE_S * self._config.rate_hz)) :].mean(axis=0)
         return _Detection(
             onset_s=float(onset.t[onset.index]),
             detected_s=float(onset.t[-1]),
-            before={name: rows[name].mean(axis=0) for name in ("wrench", "tau_ext", "signal")},
+            before={name: rows[name].mean(axis=0) for name in ("wrench", "tau_ext", "signal")} | {"bias": bias},
             directions=_directions(onset),
             sigma_min=smallest_singular_value(record["J"]) if placed else None,
             damped=placed and sample["source"] != WRENCH and bool(record["wrench"]["damped"]),

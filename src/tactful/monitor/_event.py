@@ -8,8 +8,35 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from tactful.classification import Evidence, Kind
+from tactful.isolation import Region
 
 Phase = Literal["began", "changed", "ended"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Location:
+    """Where on the arm a contact is and how hard, as the joint torques tell it; see `tactful.isolation.Isolator`."""
+
+    link: str
+    """The most probable link."""
+    confidence: float
+    """Its probability."""
+    ambiguous: bool
+    """Whether no link is sure."""
+    region: Region
+    """The most probable part of the arm, see `tactful.isolation.region_of`."""
+    region_confidence: float
+    """Its probability."""
+    point_m: tuple[float, ...] | None
+    """The contact point (3,), base axes [m]; None where the torque leaves a set of points."""
+    force_n: tuple[float, ...]
+    """Force there (3,), base axes [N]."""
+    magnitude_n: float
+    """Its magnitude [N]."""
+    magnitude_interval_n: tuple[float, float]
+    """What holds the magnitude with the probability `IsolationConfig.coverage` [N]."""
+    several: bool
+    """Whether one contact does not explain the torque: then the link is not to be believed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +50,7 @@ class ContactEvent:
     id: int
     """Number of the contact, from 0; all events of one contact have the same."""
     phase: Phase
-    """Whether the contact began, changed (grew by a direction) or ended."""
+    """Whether the contact began, changed (its kind, its link, or by a direction) or ended."""
     kind: Kind
     """What the contact is."""
     onset_s: float
@@ -33,7 +60,9 @@ class ContactEvent:
     end_s: float | None
     """When it ended [s]; None while it lasts."""
     link: str | None
-    """The link that is touched; None where it is not known."""
+    """The link that is touched; None where it is not known, not sure, or the contact has only just begun."""
+    location: Location | None = None
+    """Where on the arm, as far as the torque tells; None where no torque or no surface of the arm is known."""
     directions: tuple[str, ...]
     """The directions in which it was detected, of x, y and z of the base."""
     force_n: tuple[float, ...]

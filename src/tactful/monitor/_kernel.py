@@ -25,8 +25,12 @@ _MOVING_RAD_S = 0.01
 _ABSURD = 1e9
 """Magnitude from which on no value comes from a sensor; one would outlast every window."""
 
-SKIPPED, RESTARTED = 10, 11
-"""What a sample may bring beyond what `contact_state` names: it was bad, or time jumped while there was a contact."""
+SKIPPED, RESTARTED, LOCATE = 10, 11, 12
+"""What a sample may bring beyond what `contact_state` names: it was bad, time jumped while there was a contact, or it
+is time to look where the contact is."""
+
+_QUIET = 0.5
+"""Share of the threshold below which nothing suggests a contact."""
 
 
 @njit(cache=True)
@@ -65,8 +69,10 @@ def _moves(sample: Any) -> bool:
 @njit(cache=True)
 def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> float:
     """Estimate torque, wrench and twist into the row; return the time that the sample stands for, 0 for none [s]."""
-    copy(sample.tau, row.tau_ext)
-    copy(sample.wrench, row.wrench)
+    for i in range(row.tau_ext.shape[0]):
+        row.tau_ext[i] = sample.tau[i] - memory.bias[i] if sample.source == TAU_EXT else sample.tau[i]
+    for i in range(6):
+        row.wrench[i] = sample.wrench[i] - memory.bias[i] if sample.source == WRENCH else sample.wrench[i]
     row.twist[:] = 0.0
     if not sample.has_q:
         return dt
@@ -112,6 +118,31 @@ def _detect_fast(memory: Any, sample: Any, row: Any, dt: float) -> None:
             copy(glr.x, glr.drift)
         _glr.step(glr, glr.still, memory.contact.state != FREE)
     row.level[0] = glr.level[0]
+    if memory.contact.state == FREE and glr.level[0] < _QUIET:
+        _follow_bias(memory, sample.source, row)
+
+
+@njit(cache=True)
+def _follow_bias(memory: Any, source: int, row: Any) -> None:
+    """Take what is there while nothing suggests a contact for bias, slowly and within bounds."""
+    for i in range(memory.bias.shape[0]):
+        off = row.wrench[i] if source == WRENCH else row.tau_ext[i]
+        limit = memory.bias_limit[i]
+        bias = min(max(memory.bias[i] + memory.bias_gain * off, -limit), limit)
+        if source == TAU:
+            memory.observer.bias[i] -= bias - memory.bias[i]
+        memory.bias[i] = bias
+
+
+@njit(cache=True)
+def _settle(memory: Any, torque: Array) -> None:
+    """Take the external torque of a sample into the slow one that tells where a contact is."""
+    first, second = memory.where[0], memory.where[1]
+    for i in range(torque.shape[0]):
+        if memory.since_start == 0:
+            first[i] = second[i] = torque[i]
+        first[i] += memory.where_gain * (torque[i] - first[i])
+        second[i] += memory.where_gain * (first[i] - second[i])
 
 
 @njit(cache=True)
@@ -156,6 +187,8 @@ def _step(memory: Any, samples: Any, history: Any, dft: Any, twiddle: Array, win
         copy(history[(memory.written - 1) % history.shape[0]].signal, row.signal)
         if memory.since_start == 0 or (new and stands_for > 0.0):
             _detect_fast(memory, sample, row, memory.elapsed)
+            if sample.source != WRENCH:
+                _settle(memory, memory.glr.x)
             memory.elapsed = 0.0
     else:
         copy(row.wrench, dft.x)
@@ -164,6 +197,8 @@ def _step(memory: Any, samples: Any, history: Any, dft: Any, twiddle: Array, win
         row.signal[:] = 0.0
         for i in range(3):
             row.signal[i] = row.wrench[i]
+        if sample.source != WRENCH:
+            _settle(memory, row.tau_ext)
     memory.t = sample.t
     memory.since_start += 1
     memory.written += 1
@@ -171,6 +206,13 @@ def _step(memory: Any, samples: Any, history: Any, dft: Any, twiddle: Array, win
         code = advance(contact, row.level, row.signal, row.wrench[:3])
         if code == ENDED:
             _glr.resume(memory.glr, memory.slow, contact.back)
+        elif code != NOTHING:
+            memory.locate_in = memory.locate_every
+        elif contact.state != FREE and memory.locate_every > 0:
+            memory.locate_in -= 1
+            if memory.locate_in == 0:
+                memory.locate_in = memory.locate_every
+                code = LOCATE
     row.state = contact.state
     copy(sample.q, before.q)
     copy(sample.dq, before.dq)

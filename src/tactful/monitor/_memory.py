@@ -19,6 +19,8 @@ from tactful.estimation._wrench import wrench_dtype, wrench_record
 from tactful.monitor._config import MonitorConfig
 from tactful.robots import Robot
 
+WHERE_HZ = 20.0
+"""Each of the two poles behind which the external torque tells where a contact is [Hz]."""
 HISTORY_S = 1.0
 """How much of the past the classifier can look at [s]."""
 _STEADY_HZ = 500.0
@@ -45,6 +47,13 @@ def memory_dtype(n: int, m: int, longest: int) -> np.dtype[np.void]:
             ("elapsed", "f8"),  # since the last sample that was not a repeated one [s]
             ("slow_gain", "f8"),
             ("slow", "f8", (m,)),  # the slow external torque, or wrench
+            ("where_gain", "f8"),
+            ("where", "f8", (2, m)),  # the external torque that tells where a contact is, behind one and two poles
+            ("locate_every", "i8"),  # [samples]; 0: the contact is not located
+            ("locate_in", "i8"),
+            ("bias_gain", "f8"),  # h / bias_s
+            ("bias_limit", "f8", (m,)),
+            ("bias", "f8", (m,)),  # what the external torque is off by while nothing suggests a contact
             ("contact", contact_dtype(len(AXES), max(m, 3))),
             ("gap", "f8"),  # [s]
             ("warm_up", "i8"),  # [samples]
@@ -132,6 +141,9 @@ class Memory:
         memory["glr"] = glr[0]
         memory["period"] = config.observer.clock_s or (1 / rate_hz if rate_hz >= _STEADY_HZ else 0.0)
         memory["slow_gain"] = 1 - math.exp(-2 * math.pi * config.fast.slow_hz / rate_hz)
+        memory["where_gain"] = 1 - math.exp(-2 * math.pi * WHERE_HZ / rate_hz)
+        memory["bias_gain"] = min(1.0, 1 / (config.fast.bias_s * rate_hz))
+        memory["bias_limit"] = config.fast.bias_limit * config.noise.resolved("model_nm", scale)
         tolerance = np.full(max(self.channels, 3), np.inf)
         threshold = thresholds(config.frequency)
         if config.mode == "fast":

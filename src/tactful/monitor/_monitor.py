@@ -18,6 +18,7 @@ from tactful.monitor import _kernel
 from tactful.monitor._config import MonitorConfig, Source
 from tactful.monitor._contacts import Contacts
 from tactful.monitor._event import ContactEvent
+from tactful.monitor._locator import Locator
 from tactful.monitor._memory import Memory
 from tactful.monitor._timeline import Health, Timeline
 from tactful.recordings import Recording
@@ -71,7 +72,10 @@ class Monitor:
 
     def _begin(self, memory: Memory) -> None:
         self._memory = memory
-        self._contacts = Contacts(memory, self.config, self.classifier)
+        robot = self.robot
+        located = robot is not None and memory.channels == robot.n and any(c.link >= 0 for c in robot.capsules)
+        self._locator = Locator(robot, memory, self.config) if robot is not None and located else None
+        self._contacts = Contacts(memory, self.config, self.classifier, self._locator)
         self._bind()
 
     def _bind(self) -> None:
@@ -131,6 +135,11 @@ class Monitor:
         """Whether enough samples have come since the last start that a contact can be detected."""
         record = self._memory.record[0]
         return bool(record["since_start"] >= record["warm_up"])
+
+    @property
+    def bias_nm(self) -> tuple[float, ...]:
+        """Bias of the external torque (or wrench) that is followed and taken out, see `FastConfig.bias_s` [Nm]."""
+        return tuple(self._memory.record["bias"][0].tolist())
 
     @property
     def contact(self) -> ContactEvent | None:
@@ -224,6 +233,8 @@ class Monitor:
             source=recording.source,
             start_s=float(good[0]) if len(good) else float("nan"),
             end_s=float(good[-1]) if len(good) else float("nan"),
+            bias_nm=self.bias_nm,
+            bias_limit_nm=tuple(self._memory.record["bias_limit"][0].tolist()),
             trace=traced if trace else None,
         )
 
@@ -248,8 +259,9 @@ class Monitor:
     def warm_up(self, *, stream: bool = True) -> bool:
         """Compile the kernels or load them compiled, without taking a sample; return whether they had to be compiled.
 
-        The first monitor ever for a number of joints compiles for about ten seconds, later ones load the result. Call
-        it before a loop that must not wait; without `stream`, what `update` alone needs is left for later.
+        The first monitor ever for a number of joints compiles for about half a minute, later ones load the result. Call
+        it before a loop that must not wait; without `stream`, what `update` alone needs and what locates a contact is
+        left for later.
         """
         empty = [
             _readonly(np.empty(0)),
@@ -259,6 +271,8 @@ class Monitor:
         _kernel.run(*self._arrays, *empty, 0, 0, np.empty(0, self._memory.row_dtype))
         if stream:
             self._find_kernel()
+            if self._locator is not None:
+                self._locator.warm_up()
         return misses != [sum(kernel.stats.cache_misses.values()) for kernel in (_kernel.run, _kernel.update)]
 
     def _listen(self, given: tuple[str, ...]) -> None:

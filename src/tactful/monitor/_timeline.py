@@ -56,6 +56,8 @@ class Timeline:
         source: where the samples came from.
         start_s: time of the first sample [s].
         end_s: time of the last sample [s].
+        bias_nm: bias of the external torque that was followed, at the end (n,) [Nm]; see `FastConfig.bias_s`.
+        bias_limit_nm: its bound (n,) [Nm].
         trace: one row a sample with the fields t [s], tau_ext (n,) [Nm], wrench (6,) [N, Nm], twist (6,) [m/s, rad/s],
             level (3,) [N] and state (0 free, 1 collision, 2 cooperation, 3 contact); None unless it was asked for.
     """
@@ -67,6 +69,8 @@ class Timeline:
     source: str
     start_s: float
     end_s: float
+    bias_nm: tuple[float, ...] = ()
+    bias_limit_nm: tuple[float, ...] = ()
     trace: Any = None
 
     def __len__(self) -> int:
@@ -113,6 +117,20 @@ class Timeline:
         evidence = pa.struct(
             [("rule", pa.string()), ("value", pa.float64()), ("threshold", pa.float64()), ("text", pa.string())]
         )
+        location = pa.struct(
+            [
+                ("link", pa.string()),
+                ("confidence", pa.float64()),
+                ("ambiguous", pa.bool_()),
+                ("region", pa.string()),
+                ("region_confidence", pa.float64()),
+                ("point_m", vector),
+                ("force_n", vector),
+                ("magnitude_n", pa.float64()),
+                ("magnitude_interval_n", vector),
+                ("several", pa.bool_()),
+            ]
+        )
         schema = pa.schema(
             [
                 ("id", pa.int64()),
@@ -122,6 +140,7 @@ class Timeline:
                 ("detected_s", pa.float64()),
                 ("end_s", pa.float64()),
                 ("link", pa.string()),
+                ("location", location),
                 ("directions", pa.list_(pa.string())),
                 ("force_n", vector),
                 ("peak_force_n", pa.float64()),
