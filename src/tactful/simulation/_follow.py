@@ -14,14 +14,14 @@ from tactful.robots import Robot
 
 Array = NDArray[np.float64]
 
-STEP_S = 0.01
+STEP_S = 0.02
 _NEAR_M = 1e-4
 
 
 def follow(
     robot: Robot, reference: Callable[[float], Pose], q: Array, duration_s: float, config: ImpedanceConfig
 ) -> Array:
-    """Return how the arm follows a reference in free motion, every 10 ms (k, n) [rad].
+    """Return how the arm follows a reference in free motion, every 20 ms (k, n) [rad].
 
     Inertia is left out, so that spring and damper balance: B J dq = K [dp, de], with the posture in the rest of dq.
 

@@ -15,7 +15,7 @@ from tactful.simulation._demonstration import Demonstration
 from tactful.simulation._fixtures import Bar, Fixture, HoledBox
 from tactful.simulation._follow import STEP_S, follow, reach
 from tactful.simulation._peg import PEG_RADIUS_M
-from tactful.simulation._shape import Shape
+from tactful.simulation._shape import Shape, capsule_gap
 from tactful.simulation._spec import EpisodeSpec
 
 Array = NDArray[np.float64]
@@ -30,6 +30,12 @@ _INSERTION_M_S = 0.06
 _FREE_ABOVE_M = 0.30
 """Height of the tip over the table from which hands may push it about without bringing it to the box [m]."""
 _TRIES = 60
+_LINKS_IN_THE_WAY = (2, 3, 4, 5, 6)
+"""Indices of the links that may meet a bar; those before hardly move."""
+_NEAR_S, _NEAR_M = 0.2, 0.004
+"""Until so long before the contact nothing comes nearer to the bar than that."""
+_LEAST_SPEED_M_S = 0.03
+"""Of a link that meets a bar [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -169,33 +175,36 @@ def _rotations(robot: Robot, rng: np.random.Generator) -> Array:
 def _bar(robot: Robot, track: Array, spec: EpisodeSpec, rng: np.random.Generator) -> tuple[Bar, float, Array] | None:
     """Return a bar that a link, not the peg, will meet while it moves, when, and what remedies it; or None."""
     shape = Shape(robot)
+    starts, ends = shape.along(track)  # 2 x (m, p, 3)
     earliest = round((2.6 if spec.kind == "cooperation_then_collision" else 0.6) / STEP_S)
     latest = len(track) - round(0.5 / STEP_S)
     if latest <= earliest:
         return None
-    links = [capsule.link for capsule in robot.capsules[:-1]]  # the last is the peg
-    for _ in range(12):
+    parts = np.flatnonzero(np.isin(shape.link[:-1], _LINKS_IN_THE_WAY))  # the last capsule is the peg
+    link = rng.choice(_LINKS_IN_THE_WAY)
+    for _ in range(_TRIES):
         k = int(rng.integers(earliest, latest))
-        part = int(rng.choice([i for i, link in enumerate(links) if 2 <= link <= 6]))
-        start, end, radius = shape.at(track[k])
-        before, after, _ = shape.at(track[k - 1])
+        part = int(rng.choice(parts[shape.link[parts] == link]))
         share = rng.uniform()
-        point = start[part] + share * (end[part] - start[part])
-        velocity = (point - before[part] - share * (after[part] - before[part])) / STEP_S
+        before, point = starts[k - 1 : k + 1, part] + share * (ends - starts)[k - 1 : k + 1, part]
+        velocity = (point - before) / STEP_S
         speed = float(np.linalg.norm(velocity))
-        if speed < 0.04:
+        if speed < _LEAST_SPEED_M_S:
             continue
         ahead = velocity / speed
         across = np.cross(ahead, rng.standard_normal(3))
         across /= np.linalg.norm(across)
         thick = rng.uniform(0.012, 0.03)
-        middle = point + (radius[part] + thick) * ahead
+        middle = point + (shape.radius[part] + thick) * ahead
         half = rng.uniform(0.08, 0.15) * across
         if min((middle - half)[2], (middle + half)[2]) < 0.03:
             continue
-        gaps = np.array([shape.gap(q, middle - half, middle + half, thick) for q in track[: k + 1 : 5]])  # (m, p)
-        # Nothing comes near until shortly before, and then it is the link.
-        if gaps[:-4].min(initial=1.0) < 0.004 or np.argmin(gaps[-1]) != part or gaps[0].min() < 0.03:
+        gap = capsule_gap(starts[k], ends[k], shape.radius, middle - half, middle + half, thick)
+        if np.argmin(gap) != part:
+            continue
+        earlier = slice(0, max(k - round(_NEAR_S / STEP_S), 1), 2)
+        gaps = capsule_gap(starts[earlier], ends[earlier], shape.radius, middle - half, middle + half, thick)  # (m, p)
+        if gaps.min() < _NEAR_M or gaps[0].min() < 0.03:
             continue
         bar = Bar(start_m=tuple(middle - half), end_m=tuple(middle + half), radius_m=thick)
         remedy = -0.6 * ahead + np.cross(ahead, across) * rng.choice([-1.0, 1.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -44,6 +45,7 @@ class Sensors:
         self._noisy = any(x.any() for x in (*self._dq_noise, *self._tau_noise))
         self._coulomb = _each(config.coulomb_nm, n, "coulomb_nm")
         self._hysteresis = _each(config.hysteresis_rad, n, "hysteresis_rad")
+        self._rubs = bool(self._coulomb.any())
         self._friction = np.zeros(n)
         self._ripple = np.array([_each(a, n, "ripple_nm") for a in config.ripple_nm]).reshape(-1, n)  # (h, n)
         self._order = np.array([_each(a, n, "ripple_per_turn") for a in config.ripple_per_turn]).reshape(-1, n)
@@ -83,8 +85,8 @@ class Sensors:
             base, growth = self._tau_noise
             measured += (base + growth * np.abs(dq)) * self._now[1]
         if len(self._ripple):
-            measured += np.sum(self._ripple * np.sin(self._order * q + self._phase), axis=0)
-        if self._coulomb.any():
+            measured += np.add.reduce(self._ripple * np.sin(self._order * q + self._phase))
+        if self._rubs:
             slide = self._period_s * dq / np.maximum(self._hysteresis, 1e-12)
             taken_up = (self._friction + slide) / (1.0 + np.abs(slide))
             self._friction = np.where(self._hysteresis > 0, taken_up, np.tanh(dq / _COULOMB_RAD_S))
@@ -149,6 +151,7 @@ class Noise:
         return np.asarray(parts.sum(axis=2))
 
 
+@functools.cache
 def impulse_response(spectrum: NoiseSpectrum) -> Array:
     """Return what one unit of white noise does to velocity and torque, sample by sample (m, 2, 2)."""
     A = np.array(spectrum.lags).reshape(-1, 2, 2)

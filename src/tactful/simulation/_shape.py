@@ -41,13 +41,29 @@ class Shape:
         start, end = (np.einsum("pij,pj->pi", R, e) + o for e in self._ends.transpose(1, 0, 2))
         return start, end, self.radius
 
-    def gap(self, q: Array, start_m: Array, end_m: Array, radius_m: float) -> Array:
-        """Return the distance of every capsule to another one, negative where they overlap (p,) [m]."""
-        start, end, radius = self.at(q)
-        share = np.linspace(0, 1, 9)[:, None, None]
-        points = start_m + share * (end_m - start_m)  # (9, 1, 3) along the other one's axis
-        axis = end - start  # (p, 3)
-        square = np.maximum(np.einsum("pi,pi->p", axis, axis), 1e-18)
-        along = np.clip(np.einsum("kpi,pi->kp", points - start, axis) / square, 0, 1)
-        distance = np.linalg.norm(points - start - along[..., None] * axis, axis=2)  # (9, p)
-        return np.asarray(distance.min(axis=0) - radius - radius_m)
+    def along(self, track: Array) -> tuple[Array, Array]:
+        """Return the ends of the axes at each of many postures (k, n), twice (k, p, 3) [m]."""
+        starts, ends = zip(*(self.at(q)[:2] for q in track), strict=True)
+        return np.array(starts), np.array(ends)
+
+
+def capsule_gap(start: Array, end: Array, radius: Array, start_m: Array, end_m: Array, radius_m: float) -> Array:
+    """Return the distance of capsules to one other, negative where they overlap (..., p) [m].
+
+    The other's axis is taken as nine points.
+
+    Args:
+        start: one end of the axes (..., p, 3) [m].
+        end: the other end (..., p, 3) [m].
+        radius: their radii (p,) [m].
+        start_m: one end of the other's axis (3,) [m].
+        end_m: the other end (3,) [m].
+        radius_m: its radius [m].
+    """
+    points = np.linspace(start_m, end_m, 9)  # (9, 3)
+    axis = (end - start)[..., None, :]  # (..., p, 1, 3)
+    square = np.maximum((axis * axis).sum(axis=-1), 1e-18)
+    away = points - start[..., None, :]  # (..., p, 9, 3)
+    along = np.clip((away * axis).sum(axis=-1) / square, 0, 1)  # (..., p, 9)
+    distance = np.linalg.norm(away - along[..., None] * axis, axis=-1)
+    return np.asarray(distance.min(axis=-1) - radius - radius_m)
