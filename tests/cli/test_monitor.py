@@ -119,3 +119,26 @@ def test_a_real_panda_in_motion_runs(capsys: pytest.CaptureFixture[str]) -> None
     path = require_shared_data() / "panda_free_motion" / "exciting_first_10s.csv"
     assert main(["monitor", str(path), "--robot", "panda"]) == 0
     assert "540 repeated" in capsys.readouterr().out
+
+
+def test_a_planned_impact(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With a plan, the blow that was intended is no collision; a plan that is none is told in one line."""
+    from tactful.impacts import ImpactPlan
+    from tactful.robots import Robot
+
+    t = np.arange(2000) / 1000
+    home = Robot.load("panda").home
+    tau_ext = np.where(t[:, None] >= 1.2, 30.0, 0.0) * np.eye(7)[1]
+    channels = {"q": np.tile(home, (2000, 1)), "dq": np.zeros((2000, 7)), "tau_ext": tau_ext}
+    Recording(t=t, channels=channels, source="blow").save(tmp_path / "blow.npz")
+    ImpactPlan(1.2, home, [1.2], np.zeros((1, 7))).save(tmp_path / "plan.npz")
+    config = tmp_path / "monitor.toml"
+    config.write_text("[aim_aware.impact]\nr_b_nm_s = 500.0\n")
+    arguments = ["monitor", str(tmp_path / "blow.npz"), "--robot", "panda", "--config", str(config), "--json"]
+    assert main([*arguments, "--plan", str(tmp_path / "plan.npz")]) == 0
+    (event,) = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert (event["kind"], event["reason"]) == ("expected_impact", None)
+    assert main(arguments) == 0
+    assert "impact" not in json.loads(capsys.readouterr().out.splitlines()[0])["kind"]
+    assert main([*arguments, "--plan", str(config)]) == 2
+    assert "not an impact plan" in capsys.readouterr().err

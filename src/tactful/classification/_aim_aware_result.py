@@ -119,7 +119,7 @@ class AimAwareResult:
         rules.sort(key=lambda rule: -rule[1] / max(rule[2], 1e-9))
         broken = [rule for rule in rules if rule[1] > rule[2]]
         broken.sort(key=lambda rule: rule[0] == "envelope")  # what was wrong at the impact explains what follows
-        kind = "expected" if self.verdict == "expected" else "unexpected" if broken else "undecided"
+        kind = "expected" if self.verdict == "expected" else "unexpected" if broken else "so far expected"
         return tuple(
             Evidence(
                 rule, float(value), float(limit), f"{kind}: {text} ({value:.3g} {'>' if broken else '<='} {limit:g})"

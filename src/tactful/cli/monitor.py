@@ -33,6 +33,7 @@ def monitor(
     config: Path | None = None,
     mapping: Path | None = None,
     mode: Literal["fast", "paper"] | None = None,
+    plan: Path | None = None,
     json: bool = False,
     plot: Path | None = None,
     save: Path | None = None,
@@ -47,6 +48,7 @@ def monitor(
         mapping: What the columns of the recordings mean, a TOML file.
         mode: The detector. `fast`, the default, looks at the external torque against the noise of the arm; `paper` at
             the frequency content of the external force.
+        plan: An impact that is intended, as `ImpactPlan.save` wrote it: around it, impacts are expected or not.
         json: Print one JSON object a line for every contact, and nothing else, on standard output.
         plot: Save a picture (.png, .svg, .pdf). Of several recordings, each has its name added.
         save: Save the contacts (.parquet, .jsonl). Of several recordings, each has its name added.
@@ -63,7 +65,7 @@ def monitor(
         settings = settings.model_copy(update={"mode": mode})
     degraded = False
     for path in file:
-        timeline = _monitor(path, mapping, settings, trace=plot is not None)
+        timeline = _monitor(path, mapping, settings, plan, trace=plot is not None)
         degraded = degraded or timeline.health.degraded
         if json:
             _print_json(path, timeline)
@@ -79,8 +81,11 @@ def monitor(
     return int(degraded)
 
 
-def _monitor(path: Path, mapping: Path | None, settings: "MonitorConfig", *, trace: bool) -> "Timeline":
+def _monitor(
+    path: Path, mapping: Path | None, settings: "MonitorConfig", plan: Path | None, *, trace: bool
+) -> "Timeline":
     from tactful.errors import TactfulError
+    from tactful.impacts import ImpactPlan
     from tactful.monitor import Monitor
     from tactful.recordings import Recording
 
@@ -98,7 +103,8 @@ def _monitor(path: Path, mapping: Path | None, settings: "MonitorConfig", *, tra
         raise TactfulError(
             f"{path}: which arm was recorded? Name it: --robot, one of `tactful robots`, or an MJCF or URDF file"
         )
-    watch = Monitor(config=settings.fitted_to(recording.rate_hz))
+    expected = None if plan is None else ImpactPlan.load(plan)
+    watch = Monitor(config=settings.fitted_to(recording.rate_hz), plan=expected)
     watch.accept(recording)  # before the kernels, which may take their time
     _load_kernels(watch, console)
     return _run(watch, recording, console, trace=trace)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from tactful.classification import KinestheticConfig
+from tactful.classification import AimAwareConfig, KinestheticConfig
 from tactful.config import Config, ConfigError
 from tactful.detection import ContactConfig, FastConfig, FrequencyConfig, NoiseConfig
 from tactful.estimation import ObserverConfig, WrenchConfig
@@ -104,6 +104,7 @@ class MonitorConfig(Config):
     contact: ContactConfig = ContactConfig()
     isolation: IsolationConfig = IsolationConfig()
     kinesthetic: KinestheticConfig = KinestheticConfig()
+    aim_aware: AimAwareConfig = AimAwareConfig()
     provenance: dict[str, Any] = Field(default_factory=dict)
     """Where the settings come from, as `tactful calibrate` writes it; nothing depends on it."""
 
@@ -139,4 +140,5 @@ class MonitorConfig(Config):
             low, high = largest_band_hz(rate_hz, window)
             band = (10.0, 100.0) if high >= 100 else (low, high)
             frequency = frequency.model_copy(update={"window": window, "band_hz": band})
-        return self.model_copy(update={"rate_hz": rate_hz, "frequency": frequency})
+        aim_aware = self.aim_aware.fitted_to(rate_hz, from_hz=self.rate_hz)
+        return self.model_copy(update={"rate_hz": rate_hz, "frequency": frequency, "aim_aware": aim_aware})

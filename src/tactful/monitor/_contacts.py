@@ -85,6 +85,11 @@ class Contacts:
     def _contact(self) -> Any:
         return self._memory.record[0]["contact"]
 
+    def reserve(self) -> int:
+        """Return the number of an event that is not a contact's."""
+        self._count += 1
+        return self._count - 1
+
     def next(self) -> ContactEvent | None:
         """Return an event that had to wait for a sample of its own."""
         return self.waiting.popleft() if self.waiting else None

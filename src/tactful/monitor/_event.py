@@ -77,6 +77,8 @@ class ContactEvent:
     """How sure the classifier is of the kind, in [0, 1]."""
     evidence: tuple[Evidence, ...]
     """Which rules decided, with their values and thresholds."""
+    reason: str | None = None
+    """What went wrong in an impact that is not the expected one, as far as that is known."""
     sigma_min: float | None
     """Smallest singular value of the tip's Jacobian at the detection: a force is uncertain where it is small."""
     damped: bool

@@ -11,15 +11,17 @@ import numpy as np
 from numba import typeof
 from numpy.typing import ArrayLike, NDArray
 
-from tactful.classification import Classifier, KinestheticClassifier
+from tactful.classification import AimAwareResult, Classifier, KinestheticClassifier
 from tactful.detection.contact_state import NOTHING
 from tactful.errors import TactfulError
-from tactful.monitor import _kernel
+from tactful.impacts import ImpactPlan
+from tactful.monitor import _kernel, _planned_kernel
 from tactful.monitor._config import MonitorConfig, Source
 from tactful.monitor._contacts import Contacts
 from tactful.monitor._event import ContactEvent
 from tactful.monitor._locator import Locator
 from tactful.monitor._memory import Memory
+from tactful.monitor._planned import Planned
 from tactful.monitor._timeline import Health, Timeline
 from tactful.recordings import Recording
 from tactful.robots import Robot
@@ -47,6 +49,7 @@ class Monitor:
         robot: the arm; by default the one that the configuration names, if any. Without one, it takes wrenches alone.
         config: the settings.
         classifier: what tells the kind of a contact; by default `KinestheticClassifier(config.kinesthetic)`.
+        plan: an impact that is intended, see `expect`.
 
     Raises:
         ConfigError, BandError: if a setting does not fit the robot or the rate.
@@ -61,7 +64,12 @@ class Monitor:
     """
 
     def __init__(
-        self, robot: Robot | None = None, config: MonitorConfig | None = None, *, classifier: Classifier | None = None
+        self,
+        robot: Robot | None = None,
+        config: MonitorConfig | None = None,
+        *,
+        classifier: Classifier | None = None,
+        plan: ImpactPlan | None = None,
     ) -> None:
         self.config = config or MonitorConfig()
         self.robot = robot = robot or self.config.robot.load()
@@ -69,6 +77,7 @@ class Monitor:
         self._source: Source | None = None
         self._channels: tuple[str, ...] = ()
         self._begin(Memory(robot, self.config, wrench=robot is None))
+        self.expect(plan)
 
     def _begin(self, memory: Memory) -> None:
         self._memory = memory
@@ -144,7 +153,39 @@ class Monitor:
     @property
     def contact(self) -> ContactEvent | None:
         """The contact that is there now."""
-        return self._contacts.current
+        current = self._contacts.current
+        return current if current is None or self._planned is None else self._planned.rephrase(current)
+
+    @property
+    def impact(self) -> AimAwareResult | None:
+        """What is known of the planned impact; None until it came or was missed."""
+        return None if self._planned is None else self._planned.result
+
+    def expect(self, plan: ImpactPlan | None) -> None:
+        """Take a planned impact in the place of the one before; None expects none.
+
+        Within the plan's window an impact is told as `expected_impact` or `unexpected_impact`, see `AimAware`: first
+        what the conditions at the time of impact say, after the time xi the verdict. All else, and what comes before
+        the window, is a contact as always. Give the plan well before its window begins.
+
+        Raises:
+            ConfigError: if a setting does not fit the plan.
+            SampleError: if the plan is for another number of joints, or the samples do not hold what it needs.
+        """
+        self._plan = plan
+        self._planned = None
+        if plan is None:
+            return
+        if self.robot is None or plan.n != self.robot.n:
+            arm = "no robot" if self.robot is None else f"{self.robot.name}, which has {self.robot.n}"
+            raise SampleError(f"the plan is for {plan.n} joints, but the monitor has {arm}")
+        observed = self._source in (None, "tau")
+        planned = Planned(self.robot, plan, self.config, observed=observed)
+        if self._source is not None and (self._source == "wrench" or "dq" not in self._channels):
+            raise SampleError(
+                f"a planned impact needs q, dq and tau or tau_ext, but the monitor hears {', '.join(self._channels)}"
+            )
+        self._planned = planned
 
     def update(
         self,
@@ -183,9 +224,12 @@ class Monitor:
         except (TypeError, ValueError):
             raise self._misfit(q=q, dq=dq, tau=tau, tau_ext=tau_ext, wrench=wrench) from None
         code = self._step()
-        if code == NOTHING or code == _kernel.SKIPPED:
-            return self._contacts.next()
-        return self._contacts.react(code)
+        quiet = code == NOTHING or code == _kernel.SKIPPED
+        event = self._contacts.next() if quiet else self._contacts.react(code)
+        if self._planned is None:
+            return event
+        news = self._planned.take(self._memory)
+        return self._planned.tell(event, news, self._contacts, self._memory)
 
     def run(
         self,
@@ -210,20 +254,29 @@ class Monitor:
         t = rows[0]
         traced: Any = np.empty(len(t) if trace else 0, self._memory.row_dtype)
         latest: dict[int, ContactEvent] = {}
-        k = 0
+        k, ahead, news = 0, 0, _planned_kernel.NOTHING
+        planned = self._planned
         while k < len(t):
             stop = len(t) if progress is None else min(len(t), (k // _BLOCK + 1) * _BLOCK)
             if self._contacts.waiting:
                 stop = k + 1
+            if planned is not None:
+                if ahead <= k:
+                    ahead, news = planned.run(rows, k, stop)
+                stop = min(stop, ahead)
             k, code = _kernel.run(*self._arrays, *rows, k, stop, traced)
             event = self._contacts.next() if code == NOTHING else self._contacts.react(code)
+            if planned is not None:
+                brought = news if k == ahead else _planned_kernel.NOTHING
+                event = planned.tell(event, brought, self._contacts, self._memory)
             if event is not None:
                 latest[event.id] = event
                 if trace:
                     traced["state"][k - 1] = self._contacts.state
             if progress is not None and (k % _BLOCK == 0 or k == len(t)):
                 progress(k)
-        latest.update({event.id: event for event in self._contacts.open()})
+        for event in self._contacts.open():
+            latest[event.id] = event if planned is None else planned.rephrase(event)
         good = t[np.isfinite(t)]
         return Timeline(
             events=tuple(latest[number] for number in sorted(latest)),
@@ -303,6 +356,7 @@ class Monitor:
         sample["source"] = _SOURCES[source]
         sample["has_q"] = "q" in self._channels
         sample["has_dq"] = "dq" in self._channels
+        self.expect(self._plan)
         self._views = self._channel_views()
 
     def _rows(self, recording: Recording) -> tuple[NDArray[np.float64], ...]:

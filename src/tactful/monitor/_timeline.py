@@ -147,6 +147,7 @@ class Timeline:
                 ("torque_ext_nm", vector),
                 ("velocity_m_s", vector),
                 ("confidence", pa.float64()),
+                ("reason", pa.string()),
                 ("evidence", pa.list_(evidence)),
                 ("sigma_min", pa.float64()),
                 ("damped", pa.bool_()),
