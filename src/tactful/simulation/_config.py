@@ -77,13 +77,13 @@ class SensorConfig(Config):
     ripple_nm: tuple[PerJoint, ...] = ()
     """Amplitudes of the gear's torque ripple, one for each harmonic [Nm]."""
     ripple_per_turn: tuple[PerJoint, ...] = ()
-    """Periods of each harmonic in one turn of the joint; its phase is drawn once for an episode."""
+    """Periods of each harmonic in one turn of the joint; its phase is drawn once for an arm."""
     coulomb_nm: PerJoint = 0.0
     """Dry friction that the torque still contains: c tanh(dq / 0.02 rad/s) is added [Nm]."""
     hysteresis_rad: PerJoint = 0.0
     """Displacement over which that friction is taken up after a reversal, as `ObserverConfig.hysteresis_rad` [rad]."""
     torque_offset_nm: PerJoint = 0.0
-    """Standard deviation of the constant offsets of the torques, drawn once for an episode [Nm]."""
+    """Standard deviation of the constant offsets of the torques, drawn once for an arm [Nm]."""
     stamp_jitter_s: NonNegativeFloat = 0.0
     """Standard deviation of the time stamps about the instants of the samples; they never run backwards [s]."""
     repeated_rows: Annotated[float, Field(ge=0, lt=1)] = 0.0

@@ -25,18 +25,27 @@ class Sensors:
     Args:
         n: number of joints.
         config: the settings.
-        rng: where noise, phases and offsets come from.
+        rng: where noise comes from.
         period_s: time between two samples [s].
+        arm_rng: where the phases of the ripple and the offsets come from, which stay with an arm; by default `rng`.
 
     Raises:
         TactfulError: if a setting has another number of joints.
     """
 
-    def __init__(self, n: int, config: SensorConfig, rng: np.random.Generator, period_s: float) -> None:
+    def __init__(
+        self,
+        n: int,
+        config: SensorConfig,
+        rng: np.random.Generator,
+        period_s: float,
+        arm_rng: np.random.Generator | None = None,
+    ) -> None:
+        arm_rng = rng if arm_rng is None else arm_rng
         self._config = config
         self._rng = rng
         self._period_s = period_s
-        self._offset = _each(config.torque_offset_nm, n, "torque_offset_nm") * rng.standard_normal(n)
+        self._offset = _each(config.torque_offset_nm, n, "torque_offset_nm") * arm_rng.standard_normal(n)
         self._noise = Noise(n, config.spectrum, rng)
         base, growth = config.velocity_noise_rad_s, config.velocity_noise_growth
         self._dq_noise = _each(base, n, "velocity_noise_rad_s"), _each(growth, n, "velocity_noise_growth")
@@ -49,7 +58,7 @@ class Sensors:
         self._friction = np.zeros(n)
         self._ripple = np.array([_each(a, n, "ripple_nm") for a in config.ripple_nm]).reshape(-1, n)  # (h, n)
         self._order = np.array([_each(a, n, "ripple_per_turn") for a in config.ripple_per_turn]).reshape(-1, n)
-        self._phase = rng.uniform(0, 2 * np.pi, self._ripple.shape)
+        self._phase = arm_rng.uniform(0, 2 * np.pi, self._ripple.shape)
         self._smooth = (
             -math.expm1(-2 * np.pi * config.velocity_cutoff_hz * period_s) if config.velocity_cutoff_hz else 1.0
         )

@@ -88,15 +88,17 @@ def spec_of(recording: Recording) -> EpisodeSpec | None:
 
 def _attempt(spec: EpisodeSpec, rng: np.random.Generator) -> EpisodeResult | None:
     robot = peg_arm()
-    scene_rng, arm_rng, sensor_rng, hand_rng = rng.spawn(4)
+    scene_rng, sensor_rng, hand_rng = rng.spawn(3)
+    model_rng, constants_rng = np.random.default_rng(spec.arm).spawn(2)
     scene = draw_scene(spec, robot, scene_rng)
     cell = WorkCell(
-        _true_arm(robot, spec, arm_rng),
+        _true_arm(robot, spec, model_rng),
         scene.fixtures,
         config=CellConfig(elastic=spec.elastic),
         sensors=SensorConfig.preset(spec.sensors),
         q=scene.q,
         rng=sensor_rng,
+        arm_rng=constants_rng,
     )
     controller = CartesianImpedance(robot, spec.impedance, posture=scene.q)
     help_ = _Help(spec, scene, robot, hand_rng) if spec.operator else None

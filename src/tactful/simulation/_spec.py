@@ -51,6 +51,8 @@ class EpisodeSpec(Config):
     """What the hand touches, one of `PLACES`."""
     sensors: SensorPreset = "clean"
     """Preset of the sensors."""
+    arm: Annotated[int, Field(ge=0)] = 0
+    """Which arm: the errors of its model, its offsets and the phases of its ripple are drawn from this number alone."""
     mismatch: Annotated[float, Field(ge=0)] = 1.0
     """Scale of the errors of the arm's model, see `mistaken`; 0 is a perfect model."""
     payload_error_kg: float = 0.0
@@ -75,6 +77,7 @@ def draw_plan(
     sensors: SensorPreset = "clean",
     operators: Sequence[str] = tuple(OPERATORS),
     kinds: Sequence[EpisodeKind] = KINDS,
+    arm: int = 0,
     elastic: bool = False,
     mismatch: float = 1.0,
 ) -> list[EpisodeSpec]:
@@ -86,6 +89,7 @@ def draw_plan(
         sensors: preset of the sensors.
         operators: who helps; leave some out to hold them out.
         kinds: what happens; a kind that is named twice is drawn twice as often.
+        arm: which arm does it all, as in an experiment with one robot; another number is another one.
         elastic: whether the joints are elastic.
         mismatch: scale of the errors of the arm's model.
 
@@ -126,6 +130,7 @@ def draw_plan(
                 operator=turns[f"operator {kind}"].next() if helped else None,
                 place=turns[f"place {kind}"].next() if helped else None,
                 sensors=sensors,
+                arm=arm,
                 elastic=elastic,
                 mismatch=mismatch,
             )

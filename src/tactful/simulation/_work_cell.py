@@ -61,6 +61,7 @@ class WorkCell:
         sensors: what the sensors make of the truth.
         q: joint positions at the start (n,) [rad], `robot.home` by default; the arm starts at rest.
         rng: where the noise comes from; by default always the same.
+        arm_rng: where offsets and phases of ripple come from, which stay with an arm; by default `rng`.
 
     Attributes:
         robot: the arm.
@@ -97,6 +98,7 @@ class WorkCell:
         sensors: SensorConfig | None = None,
         q: ArrayLike | None = None,
         rng: np.random.Generator | None = None,
+        arm_rng: np.random.Generator | None = None,
     ) -> None:
         self.robot = robot
         self.config = config = config or CellConfig()
@@ -121,7 +123,8 @@ class WorkCell:
             self.add_hand(hand)
         self._touched = False
         self._first_contact = int(mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS)  # contacts are the last types
-        self._sensors = Sensors(robot.n, sensors or SensorConfig(), rng or np.random.default_rng(0), config.period_s)
+        rng = rng or np.random.default_rng(0)
+        self._sensors = Sensors(robot.n, sensors or SensorConfig(), rng, config.period_s, arm_rng)
         self._steps = 0
         self._samples: list[Sample] = []
         self.tau_ext = np.zeros(robot.n)
