@@ -264,3 +264,14 @@ def test_odds_tell_a_pair_from_a_single_contact() -> None:
     assert ISOLATOR.pair_log_odds(Q, tau + tip, known=[known]) < limit
     with pytest.raises(IsolationError, match="tau_ext has shape"):
         ISOLATOR.pair_log_odds(Q, np.zeros(6))
+
+
+def test_a_cell_whose_fine_points_are_covered_counts_as_it_is() -> None:
+    """Where a neighbour hides all fine points of the only probable cell, there is an answer none the less."""
+    q = [1.2038305046854672, 1.048177093422059, -0.2645745275557032, -2.669023978331642, -1.2637170680791976,
+         1.1939612705004516, -0.5338135169915375]  # fmt: skip
+    tau = [4.5463409985303125, 7.697604408945146, 9.161975327713206, 0.17682257875322258, 1.1166731826347154,
+           3.1568527164356586, 0.029569026195025504]  # fmt: skip
+    found = Isolator(Robot.load("panda")).locate(q, tau)
+    assert found.link_probabilities.sum() == pytest.approx(1.0)
+    assert np.isfinite(found.force_n).all()

@@ -185,6 +185,7 @@ def _refine(motion: Any, cells: Any, fine: Any, capsules: Any, links: Any, atoms
         best = max(best, cell.log_p)
         link = links[cell.link]
         _blur(link, 1, work)
+        before = count
         for i in range(cell.start, cell.stop):
             if cell.coverable and _covered(motion, fine[i].x, cell.link, 0.0, capsules, work):
                 continue
@@ -194,9 +195,11 @@ def _refine(motion: Any, cells: Any, fine: Any, capsules: Any, links: Any, atoms
             if atom.p > -np.inf:
                 atom.p += np.log(fine[i].area / link.area)
                 count += 1
+        if count == before:  # a neighbour covers all of its fine points: it stays as it is
+            cell.refined = 2
     for k in range(cells.shape[0]):
         cell = cells[k]
-        if not cell.refined and cell.log_p > best - 2.0 * _NEGLIGIBLE:
+        if cell.refined != 1 and cell.log_p > best - 2.0 * _NEGLIGIBLE:
             atom = atoms[count]
             atom.link, atom.level, atom.index, atom.area, atom.p = cell.link, 0, k, cell.area, cell.log_p
             copy(cell.parts, atom.parts)
