@@ -15,7 +15,7 @@ from tests._counterparts import require_shared_data
         (["ur_pushes/no_torque.csv", "--robot", "ur5e"], "the torque is not that of ur5e"),
         (["ur_pushes/ur_static_first_half.csv", "--robot", "ur10e"], "the arm stands still"),
         (["ur_pushes/no_torque.csv"], "which arm was recorded?"),
-        (["panda_tactile_pad/data_pos_1.csv", "--robot", "panda"], "lacks q, dq, tau"),
+        (["panda_tactile_pad/data_pos_1.csv"], "something touches the arm from 2.59 to 9.75 s (by wrench)"),
     ],
 )
 def test_bad_input_is_one_line(words: list[str], text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -44,4 +44,4 @@ def test_motor_currents_are_calibrated_and_monitored(tmp_path: Path, capsys: pyt
     assert main(["monitor", "--config", str(output), "--json", str(data / "no_torque.csv")]) == 0
     assert capsys.readouterr().out == ""
     assert main(["monitor", "--config", str(output), "--json", str(data / "ur_static_first_half.csv")]) == 0
-    assert len(capsys.readouterr().out.splitlines()) >= 2
+    assert len(capsys.readouterr().out.splitlines()) == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,13 @@ from tactful.calibration._errors import CalibrationError
 from tactful.calibration._fit import Fit
 from tactful.calibration._motion import MOVING_RAD_S, Stretch
 from tactful.dynamics import Dynamics
+from tactful.errors import TactfulError
+from tactful.monitor import MonitorConfig
+from tactful.recordings import Recording
 from tactful.robots import Robot
 
 Array = NDArray[np.float64]
+Source = Literal["tau", "tau_ext", "wrench"]
 
 SHORTEST_S = 2.0
 """Least time in motion that is calibrated from [s]."""
@@ -25,6 +30,43 @@ _GRAVITY = (0.5, 2.0)
 """Measured torque per modelled gravity torque that a payload may make."""
 _GRAVITY_NM = 1.0
 _GRAVITY_ROWS = 400
+
+
+def source_of(recordings: Sequence[Recording], config: MonitorConfig) -> Source:
+    """Return what the recordings are calibrated by.
+
+    Raises:
+        CalibrationError: if a recording has nothing to calibrate from, or another rate than the first.
+    """
+    needs: dict[Source, tuple[str, ...]] = {
+        "tau": ("q", "dq", "tau"),
+        "tau_ext": ("q", "tau_ext"),
+        "wrench": ("wrench",),
+    }
+    possible: tuple[Source, ...] = tuple(needs) if config.source == "auto" else (config.source,)
+    for source in possible:
+        if all(channel in recording.channels for recording in recordings for channel in needs[source]):
+            break
+    else:
+        first = next(r for r in recordings if any(channel not in r.channels for channel in needs[possible[0]]))
+        lacking = [channel for channel in needs[possible[0]] if channel not in first.channels]
+        raise CalibrationError(
+            first.source or "recording",
+            f"lacks {', '.join(lacking)}: a calibration needs {', or '.join(' '.join(needs[s]) for s in possible)}",
+        )
+    for recording in recordings:
+        if abs(recording.rate_hz / recordings[0].rate_hz - 1) > 0.05:
+            raise CalibrationError(
+                recording.source or "recording",
+                f"sampled at {recording.rate_hz:.4g} Hz, but {recordings[0].source} at {recordings[0].rate_hz:.4g} Hz: "
+                "calibrate recordings of one rate at a time",
+            )
+    if source != "wrench" and config.robot.model is None:
+        raise TactfulError(
+            f"{recordings[0].source or 'recording'}: which arm was recorded? Name it: --robot or config.robot.model, "
+            "one of `tactful robots`, or an MJCF or URDF file"
+        )
+    return source
 
 
 def check_motion(stretches: Sequence[Stretch], source: str) -> None:

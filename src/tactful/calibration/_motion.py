@@ -58,6 +58,12 @@ class HeldOut:
     robot: Robot
     observer: ObserverConfig
 
+    @property
+    def recording(self) -> Recording:
+        """The stretch as a recording."""
+        stretch = self.stretch
+        return Recording(stretch.t, {"q": stretch.q, "dq": stretch.dq, "tau": stretch.tau}, source=stretch.source)
+
     def counts(self, settling_s: float) -> NDArray[np.bool_]:
         """Return which samples count for something that settles in `settling_s` after the start of the stretch (k,)."""
         k = np.arange(len(self.stretch))
@@ -69,27 +75,15 @@ def stretches_of(recordings: Sequence[Recording], robot: Robot) -> tuple[Stretch
     """Return what of the recordings can be used.
 
     Raises:
-        CalibrationError: if a recording lacks a channel, is of an arm with another number of joints, or of another rate
-            than the first.
+        CalibrationError: if a recording is of an arm with another number of joints, or has no stretch without a gap.
     """
     found: list[Stretch] = []
     for recording in recordings:
         name = recording.source or "recording"
-        lacking = [channel for channel in ("q", "dq", "tau") if channel not in recording.channels]
-        if lacking:
-            raise CalibrationError(
-                name, f"lacks {', '.join(lacking)}: a calibration needs joint position, velocity and torque"
-            )
         if recording.n_joints != robot.n:
             raise CalibrationError(
                 name,
                 f"has {recording.n_joints} joints, but {robot.name} has {robot.n}: choose the robot it was taken of",
-            )
-        if abs(recording.rate_hz / recordings[0].rate_hz - 1) > 0.05:
-            raise CalibrationError(
-                name,
-                f"sampled at {recording.rate_hz:.4g} Hz, but {recordings[0].source} at {recordings[0].rate_hz:.4g} Hz: "
-                "calibrate recordings of one rate at a time",
             )
         found += _stretches(recording, name)
     if not found:
@@ -99,19 +93,23 @@ def stretches_of(recordings: Sequence[Recording], robot: Robot) -> tuple[Stretch
 
 def _stretches(recording: Recording, name: str) -> list[Stretch]:
     q, dq, tau = (recording.channels[channel] for channel in ("q", "dq", "tau"))
-    good = np.isfinite(recording.t) & np.isfinite(np.concatenate([q, dq, tau], axis=1)).all(axis=1)
-    rows = np.flatnonzero(good)
+    return [
+        Stretch(recording.t[rows], q[rows], dq[rows], tau[rows], name)
+        for rows in gap_free(recording, ("q", "dq", "tau"))
+    ]
+
+
+def gap_free(recording: Recording, channels: Sequence[str]) -> list[NDArray[np.intp]]:
+    """Return the rows of each stretch of good samples without a gap that is long enough."""
+    values = np.concatenate([recording.channels[channel] for channel in channels], axis=1)
+    rows = np.flatnonzero(np.isfinite(recording.t) & np.isfinite(values).all(axis=1))
     t = recording.t[rows]
     forward = np.append(True, t[1:] > np.maximum.accumulate(t)[:-1]) if len(t) else np.zeros(0, bool)
     rows = rows[forward]
     t = recording.t[rows]
     gap_s = max(0.05, 5 / recording.rate_hz)
     parts = np.split(rows, np.flatnonzero(np.diff(t) > gap_s) + 1) if len(rows) else []
-    return [
-        Stretch(recording.t[part], q[part], dq[part], tau[part], name)
-        for part in parts
-        if len(part) > 1 and recording.t[part[-1]] - recording.t[part[0]] >= _SHORTEST_S
-    ]
+    return [part for part in parts if len(part) > 1 and recording.t[part[-1]] - recording.t[part[0]] >= _SHORTEST_S]
 
 
 def clock_of(stretches: Sequence[Stretch], rate_hz: float) -> float | None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,66 +14,103 @@ from scipy.signal import lfilter
 from tactful._njit import njit
 from tactful.calibration._motion import HeldOut
 from tactful.detection import FastConfig, NoiseConfig
-from tactful.detection._glr import taps
+from tactful.detection._glr import FRICTION_RAD_S, glr_record, take_momentum, taps
 from tactful.dynamics import arm_record, kernels, motion_record
+from tactful.dynamics.kernels import copy
+from tactful.estimation._config import per_joint
 from tactful.estimation._momentum_observer import observe_motion, observer_record
 
 Array = NDArray[np.float64]
 
-_BINS = 6
-"""Classes of speed."""
 _SETTLING_S = 0.5
 """Time in which the drift settles [s]."""
+_ROWS = 20_000
+"""Rows that the error of the model is fitted to at most."""
+_STEADY = 0.7
+"""Share of the noise that is there at any speed, at least: few seconds see few poses, and none of the worst."""
+_FRICTION = {"link": (0.4, 0.0), "motor": (0.1, 1.0)}
+"""Share of the Coulomb friction that is not sure, always and after a reversal: a gear at rest may bear all of it."""
+_OUTLIER = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class FreeTorque:
+    """The external torque of an arm that nothing touches.
+
+    Attributes:
+        x: over each step, before any filter (k, m) [Nm]; or the wrench [N, Nm].
+        dq: velocity (k, m), zero where it is not known [rad/s].
+        counts: whether a sample counts, or only lets filters settle (k,).
+        inertia: mean of M_ij^2 (m, m), zero where the torque does not come from the momentum [kg^2 m^4].
+        friction: how sure the Coulomb friction is not that was taken out, at any time and after a reversal (2, m) [Nm].
+    """
+
+    x: Array
+    dq: Array
+    counts: NDArray[np.bool_]
+    inertia: Array
+    friction: Array
+
+    @classmethod
+    def of(cls, part: HeldOut, fast: FastConfig, rate_hz: float) -> FreeTorque:
+        """Return the external torque by the momentum."""
+        stretch, robot, config = part.stretch, part.robot, part.observer
+        n, N = robot.n, len(stretch)
+        x, v, squares, row = np.empty((N, n)), np.empty((N, n)), np.zeros((n, n)), np.empty(N, dtype=np.int64)
+        dt = np.diff(stretch.t, prepend=stretch.t[0])
+        arm, motion, observer = arm_record(robot)[0], motion_record(n)[0], observer_record(robot, config)
+        glr = glr_record(fast, NoiseConfig(), np.ones(n), rate_hz)[0]
+        samples = (np.require(array, np.float64, ["C", "W"]) for array in (stretch.q, stretch.dq, stretch.tau))
+        count = _take(arm, motion, observer[0], glr, dt, *samples, x, v, squares, row)
+        friction = np.outer(_FRICTION[robot.torque_sensor], per_joint(config.coulomb_nm, n, "coulomb_nm"))
+        return cls(x[:count], v[:count], part.counts(2 * _SETTLING_S)[row[:count]], squares / max(count, 1), friction)
 
 
 @njit(cache=True)
-def _raw(arm: Any, motion: Any, observer: Any, dt: Array, q: Array, dq: Array, tau: Array, out: Any) -> int:
-    """Write the external torque over each step, the velocity, M and row of new samples; return how many there are."""
-    x, v, M, row = out
+def _take(
+    arm: Any,
+    motion: Any,
+    observer: Any,
+    glr: Any,
+    dt: Array,
+    q: Array,
+    dq: Array,
+    tau: Array,
+    x: Array,
+    v: Array,
+    squares: Array,
+    row: NDArray[np.int64],
+) -> int:
+    """Write torque, velocity and row of each new sample, add up M_ij^2, and return how many there are."""
     count = 0
-    p, s = np.zeros(q.shape[1]), np.zeros(q.shape[1])
-    started = False
     for k in range(dt.shape[0]):
         kernels.place(arm, motion, q[k])
         step = observe_motion(arm, motion, observer, dt[k], q[k], dq[k], tau[k])
         if step == 0.0 and k > 0:
             continue
-        if started:
-            for i in range(q.shape[1]):
-                x[count, i] = (observer.p[i] - p[i]) / step - 0.5 * (observer.s[i] + s[i])
-            v[count] = observer.velocity.v
-            kernels.mass_matrix(arm, motion, M[count])
+        take_momentum(glr, arm, motion, observer, step)
+        if glr.started:
+            copy(glr.x, x[count])
+            copy(observer.velocity.v, v[count])
+            squares += glr.M**2
             row[count] = k
             count += 1
-        p[:] = observer.p
-        s[:] = observer.s
-        started = observer.started == 2
+        glr.started = observer.started == 2
     return count
 
 
-def _external_torque(part: HeldOut) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Return the external torque before any filter (k, n), |v| (k, n), the mean of M_ij^2, and what counts (k,)."""
-    stretch, robot, config = part.stretch, part.robot, part.observer
-    n, N = robot.n, len(stretch)
-    out = np.empty((N, n)), np.empty((N, n)), np.empty((N, n, n)), np.empty(N, dtype=np.int64)
-    dt = np.diff(stretch.t, prepend=stretch.t[0])
-    observer: Any = observer_record(robot, config)[0]
-    samples = (np.require(x, np.float64, ["C", "W"]) for x in (stretch.q, stretch.dq, stretch.tau))
-    count = _raw(arm_record(robot)[0], motion_record(n)[0], observer, dt, *samples, out)
-    x, v, M, row = out[0][:count], out[1][:count], out[2][:count], out[3][:count]
-    return x, np.abs(v), np.asarray(np.mean(M**2, axis=0)), part.counts(2 * _SETTLING_S)[row]
-
-
-def noise_of(parts: Sequence[HeldOut], fast: FastConfig, rate_hz: float) -> NoiseConfig:
+def noise_of(parts: Sequence[FreeTorque], fast: FastConfig, rate_hz: float) -> NoiseConfig:
     r"""Return the noise that explains the windowed external torque in free motion, held-out time of a calibrated arm.
 
     The fast detector looks at y = \sum_j c_j tau_ext,j less a slow drift, over windows of several lengths, and takes
     its variance for
 
-        V_ii = a \sum_j M_ij^2 sigma_dq,j^2 + b sigma_tau,i^2 + (sigma_m,i + sigma_mv,i |dq_i|)^2.
+        V_ii = a \sum_j M_ij^2 sigma_dq,j^2 + b sigma_tau,i^2 + sigma_m,i^2 + (sigma_mv,i dq_i)^2 + (sigma_r,i z_i)^2,
 
-    Here the variances are found from y: all windows together by non-negative least squares with relative weights, then
-    the error of the model by classes of speed, each of them by a robust standard deviation.
+    where z is the change of the friction, see `detection._glr.step`. The first two are found from y of all windows
+    together, by non-negative least squares with relative weights; the error of the model from y^2 of the longest one,
+    by the same with the weights of the variance that was found. A short recording has not seen the worst of the model:
+    at any speed, sigma_m is at least a share of the noise, and of the friction.
 
     Args:
         parts: motion that the arms were not calibrated to.
@@ -81,38 +118,70 @@ def noise_of(parts: Sequence[HeldOut], fast: FastConfig, rate_hz: float) -> Nois
         rate_hz: rate of the samples [Hz].
     """
     lengths = tuple(fast.windows(rate_hz))
-    samples = [_external_torque(part) for part in parts]
-    speed = np.concatenate([v[counts] for _, v, _, counts in samples])
-    inertia = np.mean([squares for _, _, squares, _ in samples], axis=0)  # (n, n)
+    inertia = np.mean([part.inertia for part in parts], axis=0)  # (m, m)
     y = {
-        length: np.concatenate([_windowed(x, length, fast.drift_s, rate_hz)[counts] for x, _, _, counts in samples])
+        length: np.concatenate([_windowed(part.x, length, fast.drift_s, rate_hz)[part.counts] for part in parts])
         for length in lengths
     }
-    n = speed.shape[1]
+    m = inertia.shape[0]
     blocks, targets = [], []
     for length in lengths:
         c = taps(length)
-        a = np.sum(np.diff(c, prepend=0, append=0) ** 2) * rate_hz**2
-        variance = _robust_std(y[length]) ** 2  # (n,)
-        blocks.append(np.hstack([a * inertia, np.sum(c**2) * np.eye(n), np.eye(n)]) / variance[:, None])
-        targets.append(np.ones(n))
+        a, b = np.sum(np.diff(c, prepend=0, append=0) ** 2) * rate_hz**2, np.sum(c**2)
+        variance = _robust_std(y[length]) ** 2  # (m,)
+        blocks.append(np.hstack([a * inertia, b * np.eye(m), np.eye(m)]) / variance[:, None])
+        targets.append(np.ones(m))
     found, _ = nnls(np.concatenate(blocks), np.concatenate(targets))
-    velocity, torque, model = np.sqrt(found.reshape(3, n))
+    velocity, torque, _ = found.reshape(3, m)  # variances
+    known = a * (inertia @ velocity) + b * torque  # in the longest window
+
     longest = y[lengths[-1]]
-    base, slope = _by_speed(longest, speed)
-    floor = 0.2 * _robust_std(longest)
-    still = np.sqrt(np.maximum(base**2 - _robust_std(longest) ** 2 + model**2, floor**2))
+    size = _robust_std(longest)
+    gain = 1 / (fast.drift_s * rate_hz)
+    causes = [np.concatenate([np.ones_like(part.dq[part.counts]) for part in parts])]
+    causes.append(np.concatenate([part.dq[part.counts] ** 2 for part in parts]))
+    causes.append(np.concatenate([_change(part.dq, gain)[part.counts] ** 2 for part in parts]))
+    error = _variances(np.minimum(longest**2, (_OUTLIER * size) ** 2), np.stack(causes, axis=-1), size)  # (m, 3)
+    friction = np.mean([part.friction for part in parts], axis=0)  # (2, m)
+    steady = np.maximum(error[:, 0] - known, (_STEADY * size) ** 2) + friction[0] ** 2
     return NoiseConfig(
-        velocity_rad_s=_tuple(velocity), torque_nm=_tuple(torque), model_nm=_tuple(still), model_nms=_tuple(slope)
+        velocity_rad_s=_roots(velocity),
+        torque_nm=_roots(torque),
+        model_nm=_roots(steady),
+        model_nms=_roots(error[:, 1]),
+        reversal_nm=_roots(error[:, 2] + friction[1] ** 2),
     )
 
 
 def _windowed(x: Array, length: int, drift_s: float, rate_hz: float) -> Array:
-    gain = 1 / (drift_s * rate_hz)
     start = x[: max(1, round(0.1 * rate_hz))].mean(axis=0)
-    drift, _ = lfilter([gain], [1, gain - 1], x, axis=0, zi=(1 - gain) * start[None])
+    drift = _slow(x, 1 / (drift_s * rate_hz), start)
     mean = lfilter(taps(length)[::-1], [1.0], x - start, axis=0) + start
     return mean - drift  # type: ignore[no-any-return]
+
+
+def _slow(x: Array, gain: float, start: Array) -> Array:
+    gain = min(1.0, gain)
+    return lfilter([gain], [1, gain - 1], x, axis=0, zi=(1 - gain) * start[None])[0]
+
+
+def _change(dq: Array, gain: float) -> Array:
+    """Return by how much the friction, -1 to 1, differs from its slow mean (k, m)."""
+    z = dq / (np.abs(dq) + FRICTION_RAD_S)
+    return z - _slow(z, gain, z[0])
+
+
+def _variances(squares: Array, causes: Array, size: Array) -> Array:
+    """Return what each cause (k, m, 3) contributes to the squares (k, m) of each channel, (m, 3)."""
+    stride = -(-len(squares) // _ROWS)
+    squares, causes = squares[::stride], causes[::stride]
+    found = np.empty((squares.shape[1], causes.shape[2]))
+    for i in range(squares.shape[1]):
+        weight = np.ones(len(squares))
+        for _ in range(6):  # the spread of a square grows with its mean
+            found[i], _ = nnls(causes[:, i] * weight[:, None], squares[:, i] * weight)
+            weight = 1 / np.maximum(causes[:, i] @ found[i], (0.2 * size[i]) ** 2)
+    return found
 
 
 def _robust_std(y: Array) -> Array:
@@ -123,23 +192,5 @@ def _robust_std(y: Array) -> Array:
     return np.maximum(np.maximum(spread, inner), 1e-6)
 
 
-def _by_speed(y: Array, speed: Array) -> tuple[Array, Array]:
-    """Return the standard deviation at rest (n,) and by how much it grows with the speed (n,), not below zero."""
-    base, slope = np.empty(y.shape[1]), np.empty(y.shape[1])
-    for i in range(y.shape[1]):
-        edges = np.quantile(speed[:, i], np.linspace(0, 1, _BINS + 1))
-        rows = []
-        for low, high in itertools.pairwise(edges):
-            inside = (speed[:, i] >= low) & (speed[:, i] <= high)
-            if inside.sum() > 50:
-                rows.append((1.0, float(speed[inside, i].mean()), float(_robust_std(y[inside, i : i + 1])[0])))
-        table = np.array(rows)
-        if len(rows) < 2:
-            base[i], slope[i] = _robust_std(y[:, i : i + 1])[0], 0.0
-        else:
-            (base[i], slope[i]), _ = nnls(table[:, :2], table[:, 2])
-    return base, slope
-
-
-def _tuple(values: Array) -> tuple[float, ...]:
-    return tuple(float(f"{value:.4g}") for value in values)
+def _roots(variances: Array) -> tuple[float, ...]:
+    return tuple(float(f"{value:.4g}") for value in np.sqrt(variances))

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from tactful.calibration import Calibration
+    from tactful.calibration import Calibration, Fit
 
 
 def calibrate(
@@ -30,7 +30,8 @@ def calibrate(
     configuration for `tactful monitor --config`.
 
     Args:
-        file: Recordings with joint position, velocity and torque, a few seconds or more, of all joints in motion.
+        file: Recordings with joint position, velocity and torque, a few seconds or more, of all joints in motion; or
+            with the robot's own external torque, or a wrench, of which the noise and the thresholds are found.
         output: Where to write the configuration, a TOML file.
         robot: The arm: a name from `tactful robots`, or an MJCF or URDF file.
         tip: The frame at which the force is estimated: a site or link of the robot.
@@ -47,10 +48,6 @@ def calibrate(
     settings = MonitorConfig() if config is None else MonitorConfig.load(config)
     named = {key: value for key, value in (("model", robot), ("tip", tip)) if value is not None}
     settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
-    if settings.robot.model is None:
-        raise TactfulError(
-            f"{file[0]}: which arm was recorded? Name it: --robot, one of `tactful robots`, or an MJCF or URDF file"
-        )
     if not output.parent.is_dir():
         raise TactfulError(f"{output}: there is no folder {output.parent}")
     with Console(stderr=True).status("calibrating; the first time kernels are compiled, which takes about a minute"):
@@ -63,8 +60,31 @@ def calibrate(
 
 def _report(found: "Calibration", output: Path) -> None:
     console = Console(highlight=False)
-    fit, sd = found.fit, found.fit.sd
-    robot = fit.robot
+    if found.fit is None:
+        _report_external(found, console)
+    else:
+        _report_fit(found, found.fit, console)
+    for mode, items, unit in (("fast", found.thresholds["fast"], ""), ("paper", found.thresholds["frequency"], " [N]")):
+        levels = ", ".join(f"{item.value:.3g} ({item.low:.3g}-{item.high:.3g})" for item in items)
+        console.print(f"thresholds{unit}, {mode}: {levels}")
+    console.print(
+        found.thresholds["fast"][0].statement, style="yellow" if not found.thresholds["fast"][0].supported else ""
+    )
+    for sentence in found.not_excited:
+        console.print(sentence, style="dim")
+    console.print(f"saved {output}", style="dim")
+
+
+def _report_external(found: "Calibration", console: Console) -> None:
+    config = found.config
+    what = "external torque [Nm]" if config.source == "tau_ext" else "wrench [N, Nm]"
+    console.print(f"{what}, {found.duration_s:.1f} s without contact at {config.rate_hz:g} Hz")
+    for name, values in (("mean", config.provenance["mean"]), ("RMS about it", found.after_nm)):
+        console.print(f"{name}: {', '.join(f'{value:.3g}' for value in values)}")
+
+
+def _report_fit(found: "Calibration", fit: "Fit", console: Console) -> None:
+    robot, sd = fit.robot, fit.sd
     console.print(f"[bold]{robot.title}[/bold], {found.duration_s:.1f} s of free motion at {found.config.rate_hz:g} Hz")
     table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
     table.add_column("joint")
@@ -95,12 +115,3 @@ def _report(found: "Calibration", output: Path) -> None:
     if observer.velocity == "position":
         clock = f" by the robot's clock of {observer.clock_s * 1e3:g} ms" if observer.clock_s else ""
         console.print(f"velocity: from the position{clock}, which is less noisy than the measured one")
-    for mode, items, unit in (("fast", found.thresholds["fast"], ""), ("paper", found.thresholds["frequency"], " [N]")):
-        levels = ", ".join(f"{item.value:.3g} ({item.low:.3g}-{item.high:.3g})" for item in items)
-        console.print(f"thresholds{unit}, {mode}: {levels}")
-    console.print(
-        found.thresholds["fast"][0].statement, style="yellow" if not found.thresholds["fast"][0].supported else ""
-    )
-    for sentence in found.not_excited:
-        console.print(sentence, style="dim")
-    console.print(f"saved {output}", style="dim")

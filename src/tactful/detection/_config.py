@@ -51,7 +51,10 @@ class NoiseConfig(Config):
     model_nm: NonNegativeFloat | tuple[NonNegativeFloat, ...] | None = None
     """Standard deviation of the slow error of the external torque that is left after its drift [Nm]; None: 1.2 %."""
     model_nms: NonNegativeFloat | tuple[NonNegativeFloat, ...] = 0.0
-    """By how much that grows with the speed of the joint [Nm per rad/s]."""
+    """What the speed of the joint adds to that, in squares [Nm per rad/s]."""
+    reversal_nm: NonNegativeFloat | tuple[NonNegativeFloat, ...] = 0.0
+    """What a joint that has just reversed adds to it, in squares: its friction changes, and no model of it is exact [Nm
+    for each unit by which the friction, from -1 to 1, differs from its slow mean]."""
 
     def resolved(self, key: str, scale_nm: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return one number for each joint; `scale_nm` (n,) is what a share is of.
