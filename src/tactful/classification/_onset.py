@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tactful.isolation import ContactLocation
+
 Array = NDArray[np.float64]
 
 
@@ -26,6 +28,15 @@ class Onset:
         in_collision: whether another contact, a collision, was there already.
         torque_change_nm: change of the external torque (n,), or wrench, that the fast detector saw; None in paper mode.
         mean_force_change_n: the force (3,) at the tip that it means, base axes [N]; None in paper mode.
+        torque_covariance_nm2: covariance (n, n) of the noise in `torque_change_nm` [Nm^2]; None in paper mode.
+        detected_s: when the contact was detected, on the clock of `t` [s]; None: at the last sample.
+        next_s: when the classifier is asked again if it says `contact` [s]; None if it is not.
+        q_rad: joint positions (k, n) [rad]; None where they are not recorded.
+        jacobian: of the tip at the last sample (6, n), linear above angular, base axes; None without positions.
+        mass_matrix: M at the last sample (n, n); None without positions.
+        collision_torque_nm: external torque (n,) of the collision that is there [Nm]; None without one.
+        collision_s: when that collision began [s]; None without one.
+        location: where on the arm the contact is; None where that is not looked for.
     """
 
     rate_hz: float
@@ -39,6 +50,15 @@ class Onset:
     in_collision: bool
     torque_change_nm: Array | None = None
     mean_force_change_n: Array | None = None
+    torque_covariance_nm2: Array | None = None
+    detected_s: float | None = None
+    next_s: float | None = None
+    q_rad: Array | None = None
+    jacobian: Array | None = None
+    mass_matrix: Array | None = None
+    collision_torque_nm: Array | None = None
+    collision_s: float | None = None
+    location: ContactLocation | None = None
 
     def force_change_n(self, secant_s: float) -> Array:
         """Return the change of the force (3,) [N] from the onset over `secant_s`, at least over one sample.

@@ -61,7 +61,7 @@ def print_figures(
             table.add_row(
                 name,
                 f"{group.recall.count} of {group.recall.total}",
-                _percent(group.recall),
+                percent(group.recall),
                 _mean_sd(latency),
                 _ms(latency.median),
                 _ms(latency.p95),
@@ -85,7 +85,16 @@ def print_figures(
     ):
         if share.total:
             what = " recordings with collisions only" if name == "spurious cooperation" else ""
-            table.add_row(name, f"{_percent(share)}, {share.count} of {share.total}{what}")
+            table.add_row(name, f"{percent(share)}, {share.count} of {share.total}{what}")
+    console.print(table)
+
+
+def print_shares(shares: Mapping[str, "Share"], console: Console) -> None:
+    """Print shares with their intervals, one a line."""
+    table = _table("", "", left=2)
+    table.show_header = False
+    for name, share in shares.items():
+        table.add_row(name, f"{percent(share)}, {share.count} of {share.total}")
     console.print(table)
 
 
@@ -97,7 +106,7 @@ def print_confusion(figures: "Figures", console: Console) -> None:
         return
     table = _table("called", *(kind.replace("_", " ") for kind in called), "missed", left=1)
     for kind, row in counts.items():
-        cells = [f"{row[name]}, {_percent(figures.confusion.share(kind, name))}" for name in called]
+        cells = [f"{row[name]}, {percent(figures.confusion.share(kind, name))}" for name in called]
         table.add_row(kind.replace("_", " "), *cells, str(figures.confusion.missed[kind]))
     console.print()
     console.print(table)
@@ -157,7 +166,8 @@ def _mean_sd(spread: "Spread") -> str:
     return f"{_ms(spread.mean)} ± {_ms(spread.sd)}" if spread.n > 1 else _ms(spread.mean)
 
 
-def _percent(share: "Share") -> str:
+def percent(share: "Share") -> str:
+    """Return a share with its interval."""
     if not share.total:
         return "-"
     low, high = share.interval

@@ -6,7 +6,7 @@ from tactful.evaluation._find import find_recordings
 from tactful.evaluation._force_truth import ForceError, force_error, labels_from_wrench
 from tactful.evaluation._inject import InjectedContact, inject
 from tactful.evaluation._labels import LABEL_KINDS, check_labels
-from tactful.evaluation._match import EARLY_S, LATE_S, Match, Matching, match_events
+from tactful.evaluation._match import EARLY_S, LATE_S, Match, Matching, label_at, match_events
 from tactful.evaluation._outcome import Outcome, evaluate
 from tactful.evaluation._random_contacts import random_contacts
 from tactful.evaluation._statistics import Rate, Share, Spread
@@ -33,6 +33,7 @@ __all__ = [
     "force_error",
     "grouped",
     "inject",
+    "label_at",
     "labels_from_wrench",
     "match_events",
     "random_contacts",

@@ -71,6 +71,18 @@ class Matching:
     false_alarms: tuple[ContactEvent, ...]
 
 
+def label_at(
+    detected_s: float, labels: Sequence[Label], *, early_s: float = EARLY_S, late_s: float = LATE_S
+) -> int | None:
+    """Return the number of the label to which a detection belongs, see `match_events`; None for none."""
+    near = [
+        (max(label.start_s - detected_s, detected_s - label.end_s, 0.0), -label.start_s, number)
+        for number, label in enumerate(labels)
+        if label.start_s - early_s <= detected_s <= label.end_s + late_s
+    ]
+    return min(near)[-1] if near else None
+
+
 def match_events(
     events: Iterable[ContactEvent],
     labels: Iterable[Label],
@@ -99,13 +111,8 @@ def match_events(
     found: list[list[ContactEvent]] = [[] for _ in ordered]
     false_alarms: list[ContactEvent] = []
     for event in sorted(events, key=lambda event: (event.detected_s, event.onset_s, event.id)):
-        t = event.detected_s
-        near = [
-            (max(label.start_s - t, t - label.end_s, 0.0), -label.start_s, number)
-            for number, label in enumerate(ordered)
-            if label.start_s - early_s <= t <= label.end_s + late_s
-        ]
-        (found[min(near)[-1]] if near else false_alarms).append(event)
+        number = label_at(event.detected_s, ordered, early_s=early_s, late_s=late_s)
+        (false_alarms if number is None else found[number]).append(event)
     return Matching(
         tuple(
             Match(

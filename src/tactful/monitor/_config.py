@@ -10,7 +10,13 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field
 
-from tactful.classification import AimAwareConfig, KinestheticConfig
+from tactful.classification import (
+    AimAwareConfig,
+    KinestheticClassifier,
+    KinestheticConfig,
+    LearnedClassifier,
+    LearnedConfig,
+)
 from tactful.config import Config, ConfigError
 from tactful.detection import ContactConfig, FastConfig, FrequencyConfig, NoiseConfig
 from tactful.estimation import ObserverConfig, WrenchConfig
@@ -19,6 +25,7 @@ from tactful.robots import Robot
 from tactful.signals import largest_band_hz
 
 Source = Literal["tau", "tau_ext", "wrench"]
+_RULES = "kinesthetic"
 
 
 class LinkConfig(Config):
@@ -102,8 +109,12 @@ class MonitorConfig(Config):
     noise: NoiseConfig = NoiseConfig()
     frequency: FrequencyConfig = FrequencyConfig()
     contact: ContactConfig = ContactConfig()
+    classifier: str = _RULES
+    """What tells the kind of a contact: the rules of the kinesthetic paper, or the file of a model that `tactful train`
+    wrote; its path is relative to the file of the configuration."""
     isolation: IsolationConfig = IsolationConfig()
     kinesthetic: KinestheticConfig = KinestheticConfig()
+    learned: LearnedConfig = LearnedConfig()
     aim_aware: AimAwareConfig = AimAwareConfig()
     provenance: dict[str, Any] = Field(default_factory=dict)
     """Where the settings come from, as `tactful calibrate` writes it; nothing depends on it."""
@@ -124,7 +135,43 @@ class MonitorConfig(Config):
             raise ConfigError(str(file), "", "is not text: a configuration is a TOML file in UTF-8") from None
         except tomllib.TOMLDecodeError as error:
             raise ConfigError(str(file), "", f"is not TOML: {error}") from None
-        return cls(**data)
+        config = cls(**data)
+        if config.classifier == _RULES:
+            return config
+        return config.model_copy(update={"classifier": str(file.parent / config.classifier)})
+
+    def save(self, path: str | Path) -> None:
+        """Write what differs from the defaults to a TOML file, which `load` reads, all at once or not at all.
+
+        Raises:
+            ConfigError: if it cannot be written.
+        """
+        import tomli_w
+
+        file = Path(path)
+        partial = file.with_name(file.name + ".partial")
+        try:
+            text = tomli_w.dumps(self.model_dump(mode="json", exclude_defaults=True, exclude_none=True))
+            partial.write_text(text, encoding="utf-8")
+            partial.replace(file)
+        except OSError as error:
+            raise ConfigError(str(file), "", f"cannot be written: {error.strerror or error}") from None
+        finally:
+            partial.unlink(missing_ok=True)
+
+    def load_classifier(self) -> KinestheticClassifier | LearnedClassifier:
+        """Return what `classifier` names.
+
+        Raises:
+            ConfigError: if it names no file.
+            ModelError: if the file is no classifier.
+        """
+        if self.classifier == _RULES:
+            return KinestheticClassifier(self.kinesthetic)
+        if not Path(self.classifier).is_file():
+            problem = f"there is no file {self.classifier!r}: give the path of a model, or {_RULES!r}"
+            raise ConfigError("monitor", "classifier", problem, self.classifier)
+        return LearnedClassifier(self.classifier, self.learned)
 
     def fitted_to(self, rate_hz: float) -> Self:
         """Return this configuration for another sampling rate; within 5 % it stays what it is.

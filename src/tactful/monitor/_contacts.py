@@ -23,6 +23,7 @@ from tactful.detection.contact_state import (
     NEW_DIRECTION,
     tell,
 )
+from tactful.dynamics.kernels import mass_matrix
 from tactful.estimation._wrench import smallest_singular_value
 from tactful.monitor._config import MonitorConfig
 from tactful.monitor._event import ContactEvent
@@ -170,9 +171,9 @@ class Contacts:
     def _decide(self) -> ContactEvent | None:
         detection = self._undecided
         assert detection is not None
-        onset = self._onset(detection.onset_s)
+        onset = self._onset(detection)
         verdict = self._classifier.classify(onset)
-        if verdict.kind == "contact" and onset.t[-1] - detection.detected_s < self._config.fast.decide_until_s:
+        if verdict.kind == "contact" and onset.next_s is not None:
             self._contact["countdown"] = self._contact["decide"]
             return None
         self._undecided = None
@@ -285,8 +286,8 @@ class Contacts:
         after = rows["t"] > self._free_since_s
         return rows[after] if self.state == FREE and after.sum() >= 3 else rows
 
-    def _onset(self, onset_s: float | None = None) -> Onset:
-        """Return what is known of the contact that was detected now, or whose onset is known."""
+    def _onset(self, detection: _Detection | None = None) -> Onset:
+        """Return what is known of the contact that was detected now, or before."""
         record, sample = self._memory.record[0], self._memory.sample[0]
         contact = record["contact"]
         rows = self._rows()
@@ -309,13 +310,15 @@ class Contacts:
             ratio = np.where(directions, rows["level"][-1] / contact["threshold"], 0.0)
             rise = force[:, int(np.argmax(ratio))]
             begin = 0
-        if onset_s is None:
+        if detection is None:
             index = begin + onset_index(rise[begin:], fraction=self._config.contact.onset_fraction)
         else:
-            index = max(0, int(np.searchsorted(rows["t"], onset_s)))
+            index = max(0, int(np.searchsorted(rows["t"], detection.onset_s)))
         change_n = None if change is None or covariance is None else self._wrench_of(change, covariance)
         if change_n is not None:
             directions = np.abs(change_n) >= 0.5 * np.linalg.norm(change_n)
+        placed = bool(sample["has_q"])
+        collided = bool(contact["state"] == COLLISION)
         return Onset(
             rate_hz=self._config.rate_hz,
             t=rows["t"],
@@ -325,10 +328,32 @@ class Contacts:
             tau_ext_nm=None if sample["source"] == WRENCH else rows["tau_ext"],
             index=min(index, len(rows) - 1),
             directions=directions,
-            in_collision=bool(contact["state"] == COLLISION),
+            in_collision=collided,
             torque_change_nm=change,
             mean_force_change_n=change_n,
+            torque_covariance_nm2=covariance,
+            detected_s=float(rows["t"][-1]) if detection is None else detection.detected_s,
+            next_s=self._next_s(float(rows["t"][-1]), detection),
+            q_rad=rows["q"] if placed else None,
+            jacobian=record["J"].copy() if placed else None,
+            mass_matrix=self._mass_matrix() if placed else None,
+            collision_torque_nm=record["glr"]["known"].copy() if fast and collided else None,
+            collision_s=self.current.onset_s if collided and self.current is not None else None,
+            location=self._locator.found if self._locator and detection and not collided else None,
         )
+
+    def _next_s(self, t: float, detection: _Detection | None) -> float | None:
+        """Return when the classifier is asked again if it cannot tell at the time t [s]."""
+        fast = self._config.fast
+        if detection is None or t - detection.detected_s >= fast.decide_until_s:
+            return None
+        return t + float(self._contact["decide"]) / self._config.rate_hz
+
+    def _mass_matrix(self) -> Array:
+        record = self._memory.record[0]
+        M = np.empty((self._memory.n, self._memory.n))
+        mass_matrix(record["arm"], record["motion"], M)
+        return M
 
     def _wrench_of(self, change: Array, covariance: Array) -> Array:
         """Return the force (3,) at the tip that a change of the channels means, by the prior on a touch.

@@ -69,6 +69,7 @@ def _moves(sample: Any) -> bool:
 @njit(cache=True)
 def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> float:
     """Estimate torque, wrench and twist into the row; return the time that the sample stands for, 0 for none [s]."""
+    copy(sample.q, row.q)
     for i in range(row.tau_ext.shape[0]):
         row.tau_ext[i] = sample.tau[i] - memory.bias[i] if sample.source == TAU_EXT else sample.tau[i]
     for i in range(6):

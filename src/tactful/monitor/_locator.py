@@ -70,6 +70,11 @@ class Locator:
             self._isolator = Isolator(self._robot, self._config.isolation)
         return self._isolator
 
+    @property
+    def found(self) -> ContactLocation | None:
+        """Where the contact is, as far as it was told."""
+        return self._found
+
     def warm_up(self) -> None:
         """Make the grid and compile its kernels or load them compiled."""
         n = self._robot.n

@@ -95,6 +95,7 @@ def row_dtype(n: int, m: int) -> np.dtype[np.void]:
     return np.dtype(
         [
             ("t", "f8"),  # [s]
+            ("q", "f8", (n,)),  # [rad]
             ("tau_ext", "f8", (n,)),  # [Nm]
             ("wrench", "f8", (6,)),  # at the tip, base axes [N, Nm]
             ("twist", "f8", (6,)),  # of the tip, base axes [m/s, rad/s]

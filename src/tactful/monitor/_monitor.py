@@ -11,7 +11,7 @@ import numpy as np
 from numba import typeof
 from numpy.typing import ArrayLike, NDArray
 
-from tactful.classification import AimAwareResult, Classifier, KinestheticClassifier
+from tactful.classification import AimAwareResult, Classifier
 from tactful.detection.contact_state import NOTHING
 from tactful.errors import TactfulError
 from tactful.impacts import ImpactPlan
@@ -48,7 +48,7 @@ class Monitor:
     Args:
         robot: the arm; by default the one that the configuration names, if any. Without one, it takes wrenches alone.
         config: the settings.
-        classifier: what tells the kind of a contact; by default `KinestheticClassifier(config.kinesthetic)`.
+        classifier: what tells the kind of a contact; by default `config.load_classifier()`.
         plan: an impact that is intended, see `expect`.
 
     Raises:
@@ -73,7 +73,7 @@ class Monitor:
     ) -> None:
         self.config = config or MonitorConfig()
         self.robot = robot = robot or self.config.robot.load()
-        self.classifier = classifier or KinestheticClassifier(self.config.kinesthetic)
+        self.classifier = classifier or self.config.load_classifier()
         self._source: Source | None = None
         self._channels: tuple[str, ...] = ()
         self._begin(Memory(robot, self.config, wrench=robot is None))
