@@ -8,7 +8,7 @@ import pytest
 
 import tactful
 
-EXTRAS = {"cyclopts", "rich", "matplotlib", "mujoco", "pinocchio", "pyarrow"}
+EXTRAS = {"cyclopts", "rich", "matplotlib", "mujoco", "pinocchio", "pyarrow", "sklearn"}
 
 
 def modules_after(code: str) -> set[str]:

@@ -21,7 +21,7 @@ def tune(
     path: Annotated[list[Path], Parameter(negative_iterable=())],
     /,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     max_misclassified_collisions: float = 0.05,
     confidence: float = 0.95,
     robot: str | None = None,
@@ -39,7 +39,7 @@ def tune(
 
     Args:
         path: Recordings with labels, or folders of them, as `tactful evaluate` reads them.
-        output: Where to write the settings, a TOML file.
+        output: Where to write the settings with the value that was chosen, a TOML file.
         max_misclassified_collisions: The bound: largest share of collisions that may be taken for cooperation.
         confidence: The probability with which the bound holds.
         robot: The arm: a name from `tactful robots`, or an MJCF or URDF file.
@@ -55,7 +55,8 @@ def tune(
     from tactful.learning import Candidates
     from tactful.learning import tune as choose
 
-    check_output(output)
+    if output is not None:
+        check_output(output)
     for name, share in (("--max-misclassified-collisions", max_misclassified_collisions), ("--confidence", confidence)):
         if not 0 < share < 1:
             raise TactfulError(f"{name} is {share:g}: it has to lie between 0 and 1")
@@ -68,8 +69,9 @@ def tune(
     _report(tuning)
     if tuning.chosen is None:
         return EXIT_NO_GUARANTEE
-    tuning.applied_to(settings, folder=output.parent).save(output)
-    Console(stderr=True).print(f"[dim]saved {output}[/dim]", highlight=False)
+    if output is not None:
+        tuning.applied_to(settings, folder=output.parent).save(output)
+        Console(stderr=True).print(f"[dim]saved {output}[/dim]", highlight=False)
     return 0
 
 
