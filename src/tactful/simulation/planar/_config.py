@@ -64,6 +64,8 @@ class TaskConfig(Config):
     """t_f, end of the post-impact reference [s]."""
     height_m: float = -0.05
     """y of the surface where the impact is planned, above the shoulder [m]."""
+    surface_offset_m: float = 0.0
+    """How much higher the surface is than the planner believes [m]."""
     elbow: Literal["up", "down"] = "up"
     """Which of the two inverse kinematics is taken."""
     friction: NonNegativeFloat = 0.0
@@ -93,7 +95,7 @@ class PlanarConfig(Config):
     sensors: SensorsConfig = SensorsConfig()
     observer_gain: PositiveFloat = 50.0
     """K_O of the momentum observer [1/s]."""
-    impact: ImpactConfig = ImpactConfig(r_b_nm_s=(4000.0, 4000.0, float("inf")))
+    impact: ImpactConfig = ImpactConfig(r_b_nm_s=(1500.0, 1500.0, float("inf")))
     """When the controller switches; K_O and r_b decide it together."""
     period_s: PositiveFloat = 0.001
     """Time between two samples, over which the torque is held [s]."""

@@ -147,7 +147,7 @@ def _simulate(cases: Array, config: PlanarConfig, seed: int, plans: dict[Any, An
     for alpha, x_imp, beta in cases:
         plan, reference = plans[alpha, x_imp]
         records[0][0], records[1][0], records[4][0] = clean
-        plant["surface"] = x_imp, config.task.height_m
+        plant["surface"] = x_imp, config.task.height_m + config.task.surface_offset_m
         plant["normal"] = -np.sin(np.radians(beta)), np.cos(np.radians(beta))
         noise = np.empty((0, 6))
         if noisy:
