@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tactful.classification import AimAwareConfig
+from tactful.classification import AimAwareConfig, Evidence, ImpactCause, ImpactCauses, ImpactFeatures
 from tactful.detection import ImpactConfig
 from tactful.errors import TactfulError
 from tactful.estimation import MomentumObserver, ObserverConfig
@@ -61,6 +61,38 @@ def test_an_impact_on_an_inclined_surface() -> None:
     assert event.kind == "unexpected_impact"
     assert event.reason is not None
     assert event.evidence[0].text.startswith("unexpected: ")
+
+
+def test_says_how_the_surface_is_inclined() -> None:
+    """From the tool, which lies flat on it by then: with its sign, to a fraction of a degree."""
+    for beta_deg in (3.0, -5.0):
+        run = impact(beta_deg)
+        (event,) = planned(run.recording(), run.plan)
+        (tilt,) = [item for item in event.evidence if item.rule == "inclination"]
+        assert tilt.value == pytest.approx(beta_deg, abs=0.5)
+
+
+class Grips(ImpactCauses):
+    """A model that knows one answer."""
+
+    def __init__(self, cause: str) -> None:
+        self.answer = ImpactCause(cause, 0.9, {cause: 0.9}, np.zeros(3), (Evidence("slide_1", -0.1, None, cause),))
+
+    def tell_features(self, features: ImpactFeatures) -> ImpactCause:
+        """Return the answer."""
+        return self.answer
+
+
+@pytest.mark.parametrize(("cause", "reason"), [("grip", "grip"), ("unknown", "motion"), ("as planned", "motion")])
+def test_the_reason_is_the_cause_where_one_is_told(cause: str, reason: str) -> None:
+    """A model of causes says more than which condition was violated; where it does not know, that is left."""
+    run = impact(8.0)
+    monitor = Monitor(ROBOT, CONFIG, plan=run.plan, causes=Grips(cause))
+    (event,) = [event for event in monitor.run(run.recording()) if event.kind == "unexpected_impact"]
+    assert monitor.impact_cause is not None
+    assert monitor.impact_cause.cause == cause
+    assert event.reason == reason
+    assert event.evidence[-1].text == cause
 
 
 def test_the_verdict_is_that_of_the_classifier() -> None:

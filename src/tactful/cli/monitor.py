@@ -34,6 +34,7 @@ def monitor(
     mapping: Path | None = None,
     mode: Literal["fast", "paper"] | None = None,
     plan: Path | None = None,
+    causes: Path | None = None,
     json: bool = False,
     plot: Path | None = None,
     save: Path | None = None,
@@ -49,6 +50,7 @@ def monitor(
         mode: The detector. `fast`, the default, looks at the external torque against the noise of the arm; `paper` at
             the frequency content of the external force.
         plan: An impact that is intended, as `ImpactPlan.save` wrote it: around it, impacts are expected or not.
+        causes: What may go wrong with it, as `ImpactCauses.save` wrote it: the reason of an unexpected impact.
         json: Print one JSON object a line for every contact, and nothing else, on standard output.
         plot: Save a picture (.png, .svg, .pdf). Of several recordings, each has its name added.
         save: Save the contacts (.parquet, .jsonl). Of several recordings, each has its name added.
@@ -65,7 +67,7 @@ def monitor(
         settings = settings.model_copy(update={"mode": mode})
     degraded = False
     for path in file:
-        timeline = _monitor(path, mapping, settings, plan, trace=plot is not None)
+        timeline = _monitor(path, mapping, settings, plan, causes, trace=plot is not None)
         degraded = degraded or timeline.health.degraded
         if json:
             _print_json(path, timeline)
@@ -82,8 +84,9 @@ def monitor(
 
 
 def _monitor(
-    path: Path, mapping: Path | None, settings: "MonitorConfig", plan: Path | None, *, trace: bool
+    path: Path, mapping: Path | None, settings: "MonitorConfig", plan: Path | None, causes: Path | None, *, trace: bool
 ) -> "Timeline":
+    from tactful.classification import ImpactCauses
     from tactful.errors import TactfulError
     from tactful.impacts import ImpactPlan
     from tactful.monitor import Monitor
@@ -104,7 +107,8 @@ def _monitor(
             f"{path}: which arm was recorded? Name it: --robot, one of `tactful robots`, or an MJCF or URDF file"
         )
     expected = None if plan is None else ImpactPlan.load(plan)
-    watch = Monitor(config=settings.fitted_to(recording.rate_hz), plan=expected)
+    learnt = None if causes is None else ImpactCauses.load(causes)
+    watch = Monitor(config=settings.fitted_to(recording.rate_hz), plan=expected, causes=learnt)
     watch.accept(recording)  # before the kernels, which may take their time
     _load_kernels(watch, console)
     return _run(watch, recording, console, trace=trace)

@@ -11,7 +11,8 @@ import numpy as np
 from numba import typeof
 from numpy.typing import ArrayLike, NDArray
 
-from tactful.classification import AimAwareResult, Classifier
+from tactful.classification import AimAwareResult, Classifier, ImpactCause, ImpactCauses
+from tactful.config import ConfigError
 from tactful.detection.contact_state import NOTHING
 from tactful.errors import TactfulError
 from tactful.impacts import ImpactPlan
@@ -28,6 +29,7 @@ from tactful.robots import Robot
 
 _SOURCES: dict[Source, int] = {"tau": _kernel.TAU, "tau_ext": _kernel.TAU_EXT, "wrench": _kernel.WRENCH}
 _BLOCK = 100_000
+_TUNABLE: Any = {"fast": {"threshold"}, "frequency": {"threshold_n"}, "provenance": True}
 
 
 class SampleError(TactfulError):
@@ -50,6 +52,7 @@ class Monitor:
         config: the settings.
         classifier: what tells the kind of a contact; by default `config.load_classifier()`.
         plan: an impact that is intended, see `expect`.
+        causes: what tells what went wrong with it; None leaves it at which condition was violated.
 
     Raises:
         ConfigError, BandError: if a setting does not fit the robot or the rate.
@@ -70,10 +73,12 @@ class Monitor:
         *,
         classifier: Classifier | None = None,
         plan: ImpactPlan | None = None,
+        causes: ImpactCauses | None = None,
     ) -> None:
         self.config = config or MonitorConfig()
         self.robot = robot = robot or self.config.robot.load()
         self.classifier = classifier or self.config.load_classifier()
+        self.causes = causes
         self._source: Source | None = None
         self._channels: tuple[str, ...] = ()
         self._begin(Memory(robot, self.config, wrench=robot is None))
@@ -161,6 +166,30 @@ class Monitor:
         """What is known of the planned impact; None until it came or was missed."""
         return None if self._planned is None else self._planned.result
 
+    @property
+    def impact_cause(self) -> ImpactCause | None:
+        """What went wrong with the planned impact; None without a verdict, or where nothing tells causes."""
+        return None if self._planned is None else self._planned.cause
+
+    def recent(self, count: int) -> Any:
+        """Return the last `count` rows, the newest last, with the fields of `Timeline.trace`; a second at most.
+
+        Another thread may ask, if it asks for less than the second: the oldest rows are being overwritten.
+        """
+        return self._memory.recent(count)
+
+    def retune(self, config: MonitorConfig) -> None:
+        """Take other thresholds from the next sample on; all else that is known stays.
+
+        Raises:
+            ConfigError: if anything but `fast.threshold`, `frequency.threshold_n` and the provenance differs.
+        """
+        same = self.config.model_dump(exclude=_TUNABLE) == config.model_dump(exclude=_TUNABLE)
+        if not same:
+            raise ConfigError("monitor", "", "only thresholds can change while it runs; make another monitor")
+        self._memory.retune(config)
+        self.config = config
+
     def expect(self, plan: ImpactPlan | None) -> None:
         """Take a planned impact in the place of the one before; None expects none.
 
@@ -180,7 +209,7 @@ class Monitor:
             arm = "no robot" if self.robot is None else f"{self.robot.name}, which has {self.robot.n}"
             raise SampleError(f"the plan is for {plan.n} joints, but the monitor has {arm}")
         observed = self._source in (None, "tau")
-        planned = Planned(self.robot, plan, self.config, observed=observed)
+        planned = Planned(self.robot, plan, self.config, observed=observed, causes=self.causes)
         if self._source is not None and (self._source == "wrench" or "dq" not in self._channels):
             raise SampleError(
                 f"a planned impact needs q, dq and tau or tau_ext, but the monitor hears {', '.join(self._channels)}"

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactful.classification import AimAwareResult, Evidence, Kind
+from tactful.classification import AimAwareResult, Evidence, ImpactCause, ImpactCauses, Kind, impact_features
 from tactful.classification._aim_aware_result import result_of
+from tactful.classification._impact_cause import PLANNED, UNKNOWN
 from tactful.impacts import ImpactPlan
 from tactful.monitor._config import MonitorConfig
 from tactful.monitor._contacts import Contacts
@@ -44,16 +45,28 @@ class Planned:
         plan: what is to happen.
         config: the settings.
         observed: whether the samples hold tau, or tau_ext.
+        causes: what tells what went wrong.
     """
 
-    def __init__(self, robot: Robot, plan: ImpactPlan, config: MonitorConfig, *, observed: bool) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        plan: ImpactPlan,
+        config: MonitorConfig,
+        *,
+        observed: bool,
+        causes: ImpactCauses | None = None,
+    ) -> None:
         self.plan = plan
+        self.cause: ImpactCause | None = None
+        self._robot, self._causes = robot, causes
         self._config = config.aim_aware
         gap_s = max(config.contact.gap_s, 5 / config.rate_hz)
         self._watch: Any = watch_record(robot, plan, config.aim_aware, config.observer, observed=observed, gap_s=gap_s)
         self._reference = (np.array(plan.post_t_s), np.array(plan.post_dq))
         self._result: AimAwareResult | None = None
         self._claimed: ContactEvent | None = None
+        self._details: tuple[Evidence, ...] = ()
 
     @property
     def result(self) -> AimAwareResult | None:
@@ -73,6 +86,8 @@ class Planned:
         """Return what a sample brought: the contacts' event, as the plan sees it, or what the plan has to say."""
         if news != NOTHING:
             self._result = result_of(self._watch[0]["aim"], self._config)
+        if news == DECIDED:
+            self._explain()
         if event is not None:
             event = self.rephrase(event)
         if news == NOTHING:
@@ -99,13 +114,32 @@ class Planned:
     def _as_impact(self, event: ContactEvent, result: AimAwareResult) -> ContactEvent:
         told = result.verdict in _KINDS and (result.judged == 0) == (result.verdict == "missed")
         kind = _KINDS[result.verdict if told else result.instant]
+        reason: str | None = None
+        if told and kind == "unexpected_impact":
+            known = self.cause is not None and self.cause.cause not in (PLANNED, UNKNOWN)
+            reason = self.cause.cause if self.cause is not None and known else result.reason
         return replace(
             event,
             kind=kind,
             confidence=result.confidence if told else 0.5,
-            evidence=result.evidence,
-            reason=result.reason if told else None,
+            evidence=result.evidence + (self._details if told else ()),
+            reason=reason,
         )
+
+    def _explain(self) -> None:
+        """Look at the tool for what went wrong."""
+        result = self._result
+        self.cause, self._details = None, ()
+        if result is None or not result.judged or not self.plan.contacts:
+            return
+        features = impact_features(result, self.plan, self._robot)
+        tilt = features.inclination_deg
+        self._details = (
+            Evidence("inclination", tilt, None, f"the tool is tilted by {tilt:+.1f} deg against the plan"),
+        )
+        if self._causes is not None:
+            self.cause = self._causes.tell_features(features)
+            self._details += self.cause.evidence
 
     def _own(self, news: int, contacts: Contacts, memory: Memory) -> ContactEvent | None:
         """Return what the plan says without an event of the contacts."""
