@@ -6,6 +6,7 @@ import gc
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tactful.live._durations import Durations
 from tactful.live._feed import Feed
 from tactful.live._source import ConnectionLostError, Sample, Source, SourceError, Traffic
 from tactful.monitor import ContactEvent, Health, Monitor, MonitorConfig
@@ -88,6 +90,8 @@ class Session:
         monitor: the monitor, once `open` was called.
         reactor: what commands the arm, None where nothing does.
         feed: samples and events for readers, None before the first sample.
+        computing: how long the processor computed for each sample, without what the source takes.
+        turning: how long that took, with all that the machine did meanwhile.
     """
 
     def __init__(
@@ -107,6 +111,8 @@ class Session:
         self._config = config or MonitorConfig()
         self._policy, self._plan = policy, plan
         self._reconnect_s = reconnect_s
+        self.computing, self.turning = Durations(), Durations()
+        self._asked: deque[Callable[[Sample], None]] = deque()
         self._stopping = threading.Event()
         self._shift_s = 0.0
         self._first_s = self._last_s = float("nan")
@@ -140,6 +146,10 @@ class Session:
     def stop(self) -> None:
         """Ask the loop to end, from any thread or a signal; a commanded arm is brought to rest first."""
         self._stopping.set()
+
+    def ask(self, wish: Callable[[Sample], None]) -> None:
+        """Let the loop do something short with the next sample, after the arm has got its torque; from any thread."""
+        self._asked.append(wish)
 
     def run(self, duration_s: float | None = None) -> Report:
         """Go on until the source ends, `stop` is called, or `duration_s` of the source's time has passed."""
@@ -206,7 +216,7 @@ class Session:
         return sample
 
     def _turn(self, sample: Sample) -> Step:
-        arrived = time.perf_counter()
+        arrived, begun = time.perf_counter(), time.thread_time()
         if self._traffic.samples == 0:
             self._begin(sample)
         event = self.monitor.update(*sample[:4], tau_ext=sample.tau_ext, wrench=sample.wrench)
@@ -222,6 +232,10 @@ class Session:
         if event is not None:
             self._contacts.add(event.id)
         self.feed.put(sample, event)  # type: ignore[union-attr]
+        while self._asked:
+            self._asked.popleft()(sample)
+        self.computing.add(time.thread_time() - begun)
+        self.turning.add(time.perf_counter() - arrived)
         return Step(sample, event, reaction)
 
     def _begin(self, sample: Sample) -> None:

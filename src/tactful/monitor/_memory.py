@@ -186,3 +186,11 @@ class Memory:
         written = int(self.record["written"][0])
         count = min(count, written, len(self.history))
         return self.history[np.arange(written - count, written) % len(self.history)]
+
+    def retune(self, config: MonitorConfig) -> None:
+        """Take the thresholds of a configuration, between two samples or during one."""
+        if config.mode == "fast":
+            for w, threshold in enumerate(config.fast.windows(config.rate_hz).values()):
+                self.record["glr"]["threshold"][0, w] = threshold
+        else:
+            self.record["contact"]["threshold"][0] = thresholds(config.frequency)

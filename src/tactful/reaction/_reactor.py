@@ -140,6 +140,12 @@ class Reactor:
         if self._reaction is not None:
             self._go_back(t, q)
 
+    def follow(self, plan: Plan, t: float, q: ArrayLike) -> None:
+        """Go on with another plan, from the same time in it; the way there takes `config.return_s`."""
+        self._plan = plan
+        if self._reaction is None:
+            self._go_back(t, q)
+
     def halt(self, q: ArrayLike) -> None:
         """Stop here, whatever there is."""
         self._leave()

@@ -8,7 +8,7 @@ from tactful.simulation._demonstration import Demonstration
 from tactful.simulation._episode import Episode, collision_and_help
 from tactful.simulation._fixtures import Bar, Box, Fixture, HoledBox, Table
 from tactful.simulation._generate import EpisodeEntry, generate, read_manifest
-from tactful.simulation._hands import Guide, Hand, Hesitation, Push, Tremor
+from tactful.simulation._hands import Drag, Guide, Hand, Hesitation, Push, Tremor
 from tactful.simulation._operators import OPERATORS, Operator
 from tactful.simulation._peg import PEG, mistaken, peg_arm
 from tactful.simulation._scene import Scene, draw_scene
@@ -16,6 +16,7 @@ from tactful.simulation._simulate import EpisodeResult, run_episode, simulate, s
 from tactful.simulation._spec import KINDS, PLACES, EpisodeKind, EpisodeSpec, draw_plan
 from tactful.simulation._truth import TrueContact
 from tactful.simulation._work_cell import Sample, WorkCell
+from tactful.simulation._workshop import Rounds, Workshop, workshop
 
 __all__ = [
     "KINDS",
@@ -26,6 +27,7 @@ __all__ = [
     "Box",
     "CellConfig",
     "Demonstration",
+    "Drag",
     "Episode",
     "EpisodeEntry",
     "EpisodeKind",
@@ -39,6 +41,7 @@ __all__ = [
     "NoiseSpectrum",
     "Operator",
     "Push",
+    "Rounds",
     "Sample",
     "Scene",
     "SensorConfig",
@@ -46,6 +49,7 @@ __all__ = [
     "Tremor",
     "TrueContact",
     "WorkCell",
+    "Workshop",
     "collision_and_help",
     "draw_plan",
     "draw_scene",
@@ -56,4 +60,5 @@ __all__ = [
     "run_episode",
     "simulate",
     "spec_of",
+    "workshop",
 ]

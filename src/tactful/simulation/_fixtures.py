@@ -31,18 +31,20 @@ class Box:
         centre_m: (3,) its centre [m].
         size_m: (3,) its length along x, y and z [m].
         rgba: its colour.
+        movable: whether it can be put elsewhere, see `WorkCell.move`.
     """
 
     name: str = "box"
     centre_m: tuple[float, float, float]
     size_m: tuple[float, float, float]
     rgba: tuple[float, float, float, float] = (0.83, 0.47, 0.30, 1.0)
+    movable: bool = False
 
     def attach(self, world: Any) -> None:
         """Add the box to the world."""
         import mujoco
 
-        body = world.add_body(name=self.name, pos=self.centre_m)
+        body = world.add_body(name=self.name, pos=self.centre_m, mocap=self.movable)
         half = [length / 2 for length in self.size_m]
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half, rgba=self.rgba)
 

@@ -139,6 +139,13 @@ class Push(_Touch):
         return self.grip(t) * self._trembling(t, np.array(self.force_n))
 
 
+def _drawn(hand: Guide | Drag, position_m: Array, velocity_m_s: Array) -> Array:
+    """Return the force of a spring of bounded strength and a damper (3,) [N]."""
+    spring = hand.stiffness_n_m * (np.array(hand.target_m) - position_m)
+    spring *= min(1.0, hand.strength_n / max(float(np.linalg.norm(spring)), 1e-9))
+    return np.asarray(spring - hand.damping_ns_m * velocity_m_s)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Guide(_Touch):
     """A hand that takes hold of a point and draws it somewhere, as a spring and a damper.
@@ -159,6 +166,37 @@ class Guide(_Touch):
 
     def force(self, t: float, position_m: Array, velocity_m_s: Array) -> Array:
         """Return the force on the link (3,), base axes [N]."""
-        spring = self.stiffness_n_m * (np.array(self.target_m) - position_m)
-        spring *= min(1.0, self.strength_n / max(float(np.linalg.norm(spring)), 1e-9))
-        return np.asarray(self.grip(t) * self._trembling(t, spring - self.damping_ns_m * velocity_m_s))
+        return np.asarray(self.grip(t) * self._trembling(t, _drawn(self, position_m, velocity_m_s)))
+
+
+@dataclass(kw_only=True)
+class Drag:
+    """A hand that holds a point of a link and draws it after itself, as long as it has a target.
+
+    F = K (target - x) - D dx/dt, with the spring's part at most `strength_n`.
+
+    Attributes:
+        link: name of the link.
+        point_m: (3,) the point in the link's frame [m].
+        target_m: (3,) where the hand is, in the base [m]; None while it does not touch. It may change at any time.
+        stiffness_n_m: K [N/m].
+        damping_ns_m: D [Ns/m].
+        strength_n: largest force of the spring [N].
+    """
+
+    link: str
+    point_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    target_m: tuple[float, float, float] | None = None
+    stiffness_n_m: float = 300.0
+    damping_ns_m: float = 8.0
+    strength_n: float = 30.0
+
+    def acts(self, t: float) -> bool:
+        """Return whether it touches."""
+        return self.target_m is not None
+
+    def force(self, t: float, position_m: Array, velocity_m_s: Array) -> Array:
+        """Return the force on the link (3,), base axes [N]."""
+        if self.target_m is None:
+            return np.zeros(3)
+        return _drawn(self, position_m, velocity_m_s)

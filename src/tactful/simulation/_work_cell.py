@@ -62,6 +62,7 @@ class WorkCell:
         q: joint positions at the start (n,) [rad], `robot.home` by default; the arm starts at rest.
         rng: where the noise comes from; by default always the same.
         arm_rng: where offsets and phases of ripple come from, which stay with an arm; by default `rng`.
+        keep: whether the samples are kept for `recording`.
 
     Attributes:
         robot: the arm.
@@ -99,6 +100,7 @@ class WorkCell:
         q: ArrayLike | None = None,
         rng: np.random.Generator | None = None,
         arm_rng: np.random.Generator | None = None,
+        keep: bool = True,
     ) -> None:
         self.robot = robot
         self.config = config = config or CellConfig()
@@ -126,6 +128,7 @@ class WorkCell:
         rng = rng or np.random.default_rng(0)
         self._sensors = Sensors(robot.n, sensors or SensorConfig(), rng, config.period_s, arm_rng)
         self._steps = 0
+        self._keep = keep
         self._samples: list[Sample] = []
         self.tau_ext = np.zeros(robot.n)
         self._jacobian = np.zeros((3, self.model.nv))
@@ -142,6 +145,18 @@ class WorkCell:
             raise TactfulError(f"a hand touches {hand.link!r}, but the links are {', '.join(self.robot.link_names)}")
         log = TouchLog("cooperation", "hand" if not self._hands else f"hand {len(self._hands) + 1}")
         self._hands.append((hand, self.model.body(hand.link).id, log))
+
+    def move(self, fixture: str, centre_m: ArrayLike) -> None:
+        """Put a movable fixture elsewhere (3,) [m]; move it in small steps, or it appears inside of the arm.
+
+        Raises:
+            TactfulError: if there is none of that name that is movable.
+        """
+        body = self._mujoco.mj_name2id(self.model, self._mujoco.mjtObj.mjOBJ_BODY, fixture)
+        number = self.model.body_mocapid[body] if body >= 0 else -1
+        if number < 0:
+            raise TactfulError(f"no fixture {fixture!r} in the cell is movable")
+        self.data.mocap_pos[number] = centre_m
 
     def _begin(self) -> None:
         """Bring kinematics and contacts up to the present, and measure."""
@@ -168,7 +183,8 @@ class WorkCell:
         self._touch()
         self._mujoco.mj_step2(model, data)
         sample = Sample(self.t, self.q, self.dq, self._sensors.torque(self._observe()))
-        self._samples.append(sample)
+        if self._keep:
+            self._samples.append(sample)
         for _ in range(1, self.config.substeps):
             self._mujoco.mj_step(model, data)
         if not math.isfinite(data.qacc.sum()) or data.warning[self._mujoco.mjtWarning.mjWARN_BADQACC].number:
