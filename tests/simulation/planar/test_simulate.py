@@ -152,3 +152,28 @@ def test_bad_input() -> None:
         simulate_impacts([(90.0, 0.3)])  # type: ignore[list-item]
     with pytest.raises(TactfulError, match="jobs"):
         simulate_impacts([(90.0, 0.3, 0.0)], jobs=0)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+def test_tends_to_the_impact_map_as_joints_and_contact_stiffen(friction: float) -> None:
+    """A flat face on a surface: 1 ms after it, the velocity of an ever stiffer arm is that of the rigid impact map."""
+    off = []
+    for stiffer in (1.0, 10.0, 100.0):
+        arm = ArmConfig(
+            stiffness_nm_rad=tuple(stiffer * K for K in (12000.0, 12000.0, 5000.0)),
+            damping_nms_rad=tuple(np.sqrt(stiffer) * D for D in (120.0, 100.0, 32.0)),
+        )
+        contact = CompliantContactConfig(stiffness=2e7 * stiffer, restitution=0.01, friction=friction)
+        config = PlanarConfig(
+            arm=arm,
+            contact=contact,
+            task=TaskConfig(friction=friction),
+            step_s=1e-4,
+            contact_step_s=2e-5,
+            duration_s=0.505,
+        )
+        run = simulate_impact(75.0, 0.3, 0.0, config)
+        jump = np.abs(run.dq[498] - run.plan.dq_d(0.5)).max()
+        off.append(np.abs(run.dq[501] - run.plan.dq_d(0.501)).max() / jump)
+    assert off[0] > 1.5 * off[1] > 2.25 * off[2]
+    assert off[2] < 0.015
