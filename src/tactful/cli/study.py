@@ -69,6 +69,47 @@ def aim_aware(*, grid: Literal["paper", "fine"] = "paper", seed: int = 0, jobs: 
     console.print(f"[dim]{summary['cpu_s']:.0f} s of CPU for the grid; saved {out}[/dim]", soft_wrap=True)
 
 
+@study.command
+def impact_causes(*, learn: int = 80, test: int = 60, seed: int = 0, out: Path) -> None:
+    """Measure how well it is told what went wrong with a planned impact, and how the surface is inclined.
+
+    Simulates impacts of a planar arm with one thing wrong at a time, learns their causes from some and measures on
+    others; writes causes.npz (for `tactful monitor --causes`), summary.json and tables.md.
+
+    Args:
+        learn: Runs of each cause to learn from, half of them with noisy sensors.
+        test: Runs of each cause to measure on, with clean and with noisy sensors each.
+        seed: What all runs are drawn from.
+        out: Folder for the results.
+    """
+    from tactful.studies.impact_causes import impact_causes_study
+
+    with _progress("compiling the kernels, if need be, and simulating impacts") as (console, progress):
+        summary = impact_causes_study(out, learn=learn, test=test, seed=seed, progress=progress)
+    _print("planar arm, simulated impacts with one thing wrong", summary)
+    console.print(f"[dim]saved {out}[/dim]", soft_wrap=True)
+
+
+@study.command
+def reactions(*, samples: int = 40, seed: int = 0, jobs: int = 2, out: Path) -> None:
+    """Measure what reactions to collisions are worth: peak force and time in contact against no reaction.
+
+    A simulated Panda runs into a post; every collision is met by every reaction. Writes summary.json and tables.md.
+
+    Args:
+        samples: Number of collisions.
+        seed: What they are drawn from.
+        jobs: Number of processes.
+        out: Folder for the results.
+    """
+    from tactful.studies.reactions import reactions_study
+
+    with _progress("compiling the kernels, if need be, and running into posts") as (console, progress):
+        summary = reactions_study(out, samples=samples, seed=seed, jobs=jobs, progress=progress)
+    _print(f"panda, {summary['collisions']} simulated collisions", summary)
+    console.print(f"[dim]saved {out}[/dim]", soft_wrap=True)
+
+
 @contextmanager
 def _progress(text: str) -> Iterator[tuple[Console, Callable[[float], None]]]:
     """Show a bar on a terminal, and give the console and the function that takes the share that is done."""
