@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from tactful import Monitor, MonitorConfig, Recording
-from tactful.evaluation import EvaluationError, Figures, Outcome, evaluate, force_error, labels_from_wrench
+from tactful import Monitor, MonitorConfig, Recording, Robot
+from tactful.evaluation import (
+    EvaluationError,
+    Figures,
+    Outcome,
+    evaluate,
+    force_error,
+    identified_force,
+    labels_from_wrench,
+)
 from tests._counterparts import require_shared_data
 
 PRESSES = {1: (2.59, 9.14), 2: (3.51, 9.25), 3: (2.31, 10.41), 4: (2.89, 9.21)}
@@ -75,7 +83,8 @@ def test_force_error_takes_the_bias_out() -> None:
     recording = measured(np.concatenate([free, press, free]))
     wrench = 1.1 * recording.channels["wrench_ft"] + 0.7
     recording = replace(recording.with_channels(wrench=wrench), labels=labels_from_wrench(recording))
-    timeline = Monitor(config=MonitorConfig().fitted_to(100.0)).run(recording, trace=True)
+    config = MonitorConfig(fast={"bias_limit": 0.0}).fitted_to(100.0)
+    timeline = Monitor(config=config).run(recording, trace=True)
     error = force_error(recording, timeline)
     assert error.rms_n[:2] == pytest.approx((0.0, 0.0), abs=1e-9)
     assert error.rms_n[2] == pytest.approx(0.4, abs=1e-9)
@@ -92,6 +101,19 @@ def on_the_pad(number: int) -> tuple[Recording, Outcome, tuple[float, ...]]:
     recording = replace(recording, labels=labels_from_wrench(recording))
     timeline = Monitor(config=MonitorConfig().fitted_to(recording.rate_hz)).run(recording, trace=True)
     return recording, evaluate(recording, timeline), force_error(recording, timeline).rms_n
+
+
+def test_the_recorded_torque_tells_the_force_on_the_pad() -> None:
+    """With a prior on the wrench and the bias kept in contact, 0.40 N RMS against the sensor, over all rows of all files."""
+    errors = []
+    for number in PRESSES:
+        recording, _, _ = on_the_pad(number)
+        timeline = Monitor(config=MonitorConfig().fitted_to(recording.rate_hz)).run(recording)
+        force = identified_force(recording, timeline, Robot.load("panda"))
+        assert force is not None
+        errors.append(force - recording.channels["wrench_ft"][:, :3])
+    assert np.sqrt((np.concatenate(errors) ** 2).sum(axis=1).mean()) < 0.40
+    assert identified_force(recording.with_channels(jacobian=None), timeline, None) is None
 
 
 @pytest.mark.parametrize("number", PRESSES)

@@ -44,4 +44,4 @@ def pressed(path: Path, *, track: bool = True) -> Pad:
         if touched and estimate.magnitude_n < 0.5 * peak:
             touched, released_s = False, t
         contact[k] = touched
-    return Pad(force[:, [0, 2, 1]] * [-1, -1, 1], recording.channels["wrench_ft"][:, :3], contact)
+    return Pad(force, recording.channels["wrench_ft"][:, :3], contact)

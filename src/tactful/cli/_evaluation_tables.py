@@ -122,6 +122,31 @@ def print_force_errors(runs: Sequence[Run], console: Console) -> None:
         table.add_row(Path(source).name, *(f"{value:.2f}" for value in error.rms_n))
     console.print()
     console.print(table)
+    told = [(source, error.identified_n) for source, error in measured if error.identified_n is not None]
+    if not told:
+        return
+    table = _table("identified, RMS [N]", "x", "y", "z", "vector", left=1)
+    for source, rms in told:
+        table.add_row(Path(source).name, *(f"{value:.2f}" for value in (*rms, _norm(rms))))
+    both = [_rms([rms[i] for _, rms in told]) for i in range(3)]
+    table.add_row("all", *(f"{value:.2f}" for value in (*both, _norm(both))))
+    console.print(table)
+    console.print(
+        Text(
+            "Force error: of the monitor's force during contacts, from just before them. Identified: of the force that "
+            "the recorded torque tells with a prior on the wrench, over all rows, its bias followed where the monitor "
+            "tells no contact.",
+            style="dim",
+        )
+    )
+
+
+def _norm(values: Sequence[float]) -> float:
+    return math.hypot(*values)
+
+
+def _rms(values: Sequence[float]) -> float:
+    return _norm(values) / math.sqrt(len(values))
 
 
 def print_rule(console: Console) -> None:

@@ -135,7 +135,7 @@ def _run(recording: "Recording", truth: str, arm: "Robot | None", settings: "Mon
     measured = truth == "F/T sensor"
     timeline = Monitor(arm, settings.fitted_to(recording.rate_hz)).run(recording, trace=measured)
     outcome = held_against_labels(recording, timeline, link_names=arm.link_names if arm else ())
-    error = force_error(recording, timeline) if measured and recording.labels else None
+    error = force_error(recording, timeline, arm) if measured and recording.labels else None
     return tables.Run(truth, outcome, timeline, error)
 
 

@@ -4,6 +4,7 @@ from tactful.evaluation._errors import EvaluationError
 from tactful.evaluation._figures import Confusion, ContactFigures, Figures, grouped
 from tactful.evaluation._find import find_recordings
 from tactful.evaluation._force_truth import ForceError, force_error, labels_from_wrench
+from tactful.evaluation._identified import identified_force
 from tactful.evaluation._inject import InjectedContact, inject
 from tactful.evaluation._labels import LABEL_KINDS, check_labels
 from tactful.evaluation._match import EARLY_S, LATE_S, Match, Matching, label_at, match_events
@@ -32,6 +33,7 @@ __all__ = [
     "find_recordings",
     "force_error",
     "grouped",
+    "identified_force",
     "inject",
     "label_at",
     "labels_from_wrench",

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactful.evaluation._errors import EvaluationError
+from tactful.evaluation._identified import identified_force
 from tactful.evaluation._labels import VISIBLE_N
 from tactful.monitor import Timeline
 from tactful.recordings import Label, Recording
+from tactful.robots import Robot
 
 Array = NDArray[np.float64]
 
@@ -72,18 +74,22 @@ class ForceError:
         rows: number of rows compared.
         rms_n: root mean square of the difference (3,) [N].
         mean_n: its mean (3,) [N].
+        identified_n: root mean square over all rows of the difference between the force that the recording's torque
+            tells, see `identified_force`, and the measured one (3,) [N]; None where the recording has no such channels.
     """
 
     rows: int
     rms_n: tuple[float, ...]
     mean_n: tuple[float, ...]
+    identified_n: tuple[float, ...] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers."""
-        return {"rows": self.rows, "rms_n": list(self.rms_n), "mean_n": list(self.mean_n)}
+        identified = None if self.identified_n is None else list(self.identified_n)
+        return {"rows": self.rows, "rms_n": list(self.rms_n), "mean_n": list(self.mean_n), "identified_n": identified}
 
 
-def force_error(recording: Recording, timeline: Timeline) -> ForceError:
+def force_error(recording: Recording, timeline: Timeline, robot: Robot | None = None) -> ForceError:
     """Compare what the labelled contacts added to the estimated force with what they added to the measured one.
 
     Of both, the mean over the 0.5 s before a contact, up to 0.1 s before it, is taken as the force without it. Both
@@ -92,6 +98,7 @@ def force_error(recording: Recording, timeline: Timeline) -> ForceError:
     Args:
         recording: with the channel `wrench_ft` and labels.
         timeline: what the monitor made of it, with the trace.
+        robot: the arm, for what its torque tells, see `identified_force`.
 
     Raises:
         EvaluationError: the sensor's channel or the trace is not there, or there is no contact to compare.
@@ -112,7 +119,11 @@ def force_error(recording: Recording, timeline: Timeline) -> ForceError:
         raise EvaluationError("it has no labelled contact whose force could be compared", source=recording.source)
     error = np.concatenate(differences)  # (k, 3)
     rms, mean = np.sqrt(np.mean(error**2, axis=0)), error.mean(axis=0)
-    return ForceError(len(error), tuple(map(float, rms)), tuple(map(float, mean)))
+    identified = identified_force(recording, timeline, robot)
+    told = None
+    if identified is not None:
+        told = tuple(np.sqrt(np.nanmean((identified[good] - measured) ** 2, axis=0)).tolist())
+    return ForceError(len(error), tuple(map(float, rms)), tuple(map(float, mean)), told)
 
 
 def _ft_force(recording: Recording) -> tuple[Array, Array]:
