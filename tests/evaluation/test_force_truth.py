@@ -104,7 +104,7 @@ def on_the_pad(number: int) -> tuple[Recording, Outcome, tuple[float, ...]]:
 
 
 def test_the_recorded_torque_tells_the_force_on_the_pad() -> None:
-    """With a prior on the wrench and the bias kept in contact, 0.40 N RMS against the sensor, over all rows of all files."""
+    """With a prior on the wrench and the bias kept in contact, 0.40 N RMS against the sensor, over all rows."""
     errors = []
     for number in PRESSES:
         recording, _, _ = on_the_pad(number)
