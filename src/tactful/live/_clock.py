@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import time
 
+_BEHIND_S = 0.5
+"""From so far behind, robot time does not catch up any more [s]."""
+
 
 class Clock:
     """Wait until robot time is due.
@@ -27,3 +30,9 @@ class Clock:
         ahead = begun + (t - since) / self._speed - now
         if ahead > 0:
             time.sleep(ahead)
+        elif ahead < -_BEHIND_S:
+            self._start = (t, now)
+
+    def restart(self) -> None:
+        """Let robot time go on from when it is waited for next."""
+        self._start = None

@@ -151,6 +151,10 @@ class Session:
         """Let the loop do something short with the next sample, after the arm has got its torque; from any thread."""
         self._asked.append(wish)
 
+    def pardon(self) -> None:
+        """Do not count the next sample as late, nor any as lost before it: the source was paused."""
+        self._traffic.restart()
+
     def run(self, duration_s: float | None = None) -> Report:
         """Go on until the source ends, `stop` is called, or `duration_s` of the source's time has passed."""
         for _ in self.steps(duration_s):
