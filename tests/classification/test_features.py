@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from tactful.classification import FEATURES, Onset, measured
 from tests.classification._onsets import DYNAMICS, PANDA, at_tip, moving, touched
 
+COLLISION = ("along_collision", "beside_collision", "with_force_beside", "since_collision")
+
 
 def feature(name: str, onset: Onset) -> float:
     """Return one feature."""
@@ -95,11 +97,24 @@ def test_an_impact_is_there_at_once_and_a_hand_is_not() -> None:
     assert 10 ** feature("rate", fast) == pytest.approx(500, rel=0.05)
 
 
+def test_an_obstacle_that_lets_go_is_no_help() -> None:
+    """The arm then moves with the change of the force, but only as the collision held it; help acts beside that."""
+    held, freed = at_tip([0, -10, 0]), moving([0, 0.1, 0])
+    lets_go = touched(-0.8 * held, np.zeros(7), freed, in_collision=True, collision_torque_nm=held, collision_s=0.1)
+    assert feature("with_force", lets_go) > 1
+    assert feature("with_force_beside", lets_go) == pytest.approx(0, abs=1e-6)
+    lifted = moving([0, 0, 0.1])
+    helped = touched(
+        at_tip([0, 0, 10]), np.zeros(7), lifted, in_collision=True, collision_torque_nm=held, collision_s=0.1
+    )
+    assert feature("with_force_beside", helped) > 1
+
+
 def test_beside_a_collision() -> None:
     """In state COLL the change is held against the collision that is there; without one nothing is known."""
     y, dq = at_tip([0, -4, 0]), np.zeros(7)
     alone = touched(y, dq)
-    assert np.isnan([feature(name, alone) for name in ("along_collision", "beside_collision", "since_collision")]).all()
+    assert np.isnan([feature(name, alone) for name in COLLISION]).all()
     more = touched(y, dq, in_collision=True, collision_torque_nm=2 * y, collision_s=0.1)
     assert feature("along_collision", more) == pytest.approx(1)
     assert 10 ** feature("beside_collision", more) == pytest.approx(0.5)

@@ -27,7 +27,7 @@ def decisions(
             sign = 1.0 if helped else -1.0
             x[NAMES.index("power")] += sign * apart * sharp
             x[NAMES.index("abrupt")] += 0.5 * sign * apart * sharp
-            for name in ("from_tip", "along_collision", "beside_collision", "since_collision"):
+            for name in ("from_tip", "along_collision", "beside_collision", "with_force_beside", "since_collision"):
                 x[NAMES.index(name)] = np.nan
             asks.append(Seen(x, since_s))
         made.append(

@@ -177,6 +177,15 @@ def _beside_collision(change: Change) -> float:
     return 0.5 * math.log10(change.significance / max(float(known @ np.linalg.solve(change.V, known)), 1e-9))
 
 
+def _with_force_beside(change: Change) -> float:
+    known = change.onset.collision_torque_nm
+    if known is None or not known.any():
+        return math.nan
+    Vk = np.linalg.solve(change.V, known)
+    beside = change.y - float(Vk @ change.y) / max(float(Vk @ known), 1e-12) * known
+    return math.asinh(float(beside @ change.after) / change.inertial / _FLOOR)
+
+
 def _since_collision(change: Change) -> float:
     onset = change.onset
     if onset.collision_s is None:
@@ -239,6 +248,9 @@ FEATURES: dict[str, Feature] = {
     "from_tip": Feature(_from_tip, "the contact is {:.1f} links from the tip", location=True),
     "along_collision": Feature(_along_collision, "the torque is {:+.2f} along that of the collision"),
     "beside_collision": Feature(_beside_collision, "the torque is {:.2f} of that of the collision", _power_of_ten),
+    "with_force_beside": Feature(
+        _with_force_beside, "the arm then moves by {:+.2f} m/s sqrt(kg) with what is not of the collision", _speed_of
+    ),
     "since_collision": Feature(_since_collision, "the collision began {:.0f} ms before", _milliseconds),
 }
 
