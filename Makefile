@@ -6,11 +6,12 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench studies docs constraints clean
+.PHONY: help demo test test-live lint format bench studies docs constraints clean
 
 BIN := $(VENV)/bin
 RUNTIME := $(VENV)/.installed-runtime
 DEV := $(VENV)/.installed-dev
+LIVE := $(VENV)/.installed-live
 
 # $(call install,PYTHON,ARGUMENTS): pip, told as the names of the packages as they come; all it says when it fails
 install = $(1) -m pip install $(2) 2> $(1)-pip.log \
@@ -18,13 +19,16 @@ install = $(1) -m pip install $(2) 2> $(1)-pip.log \
   || { cat $(1)-pip.log >&2; exit 1; }
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' Makefile
 
 demo: $(RUNTIME) ## monitor a simulated arm while it is touched
 	@$(BIN)/tactful demo
 
 test: $(DEV) ## run the tests
 	@$(BIN)/python -m pytest -q
+
+test-live: $(LIVE) ## run the tests against the clients of real robots (Linux, Python up to 3.12)
+	@$(BIN)/python -m pytest -q -m live tests/live
 
 lint: $(DEV) ## check style, types and the direction of imports
 	@$(BIN)/ruff check .
@@ -41,6 +45,7 @@ bench: $(DEV) ## measure speed against the stated bounds
 
 studies: $(DEV) ## run the experiments in simulation into build/studies (isolation: some minutes on two cores)
 	@$(BIN)/tactful study isolation --out build/studies/isolation
+	@$(BIN)/tactful study reactions --out build/studies/reactions
 
 docs: export NO_MKDOCS_2_WARNING := 1
 docs: $(DEV) ## build the site in build/site
@@ -49,7 +54,7 @@ docs: $(DEV) ## build the site in build/site
 
 constraints: ## resolve all extras anew and pin them (run it with the oldest supported Python)
 	@rm -rf build/constraints && $(PYTHON) -m venv build/constraints
-	@printf "resolving:"; $(call install,build/constraints/bin/python,-e ".[dev]")
+	@printf "resolving:"; $(call install,build/constraints/bin/python,-e ".[dev,live-test]")
 	@build/constraints/bin/python -m pip freeze --exclude tactful --exclude-editable > constraints.txt
 	@echo "constraints.txt: $$(wc -l < constraints.txt) pins"
 
@@ -69,3 +74,7 @@ $(RUNTIME): pyproject.toml constraints.txt | $(BIN)/python
 $(DEV): pyproject.toml constraints.txt | $(BIN)/python
 	@printf "installing into $(VENV):"; $(call install,$(BIN)/python,-c constraints.txt -e ".[dev]")
 	@touch $(RUNTIME) $@
+
+$(LIVE): $(DEV)
+	@printf "installing into $(VENV):"; $(call install,$(BIN)/python,-c constraints.txt -e ".[live-test]")
+	@touch $@

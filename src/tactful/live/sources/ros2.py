@@ -58,6 +58,7 @@ class Ros2Source(Source):
         self._names: Sequence[str] = ()
         self._sequence: int | None = None
         self._lost = 0
+        self._waited = False
 
     def open(self) -> None:
         """Join the graph, wait for a publisher of the topic, and find the rate from its first messages.
@@ -138,12 +139,24 @@ class Ros2Source(Source):
 
     def read(self) -> Sample | None:
         """Wait for the next message; None if none comes for a tenth of a second."""
+        if not self._waited:
+            self._drop_old()
         begin = time.monotonic()
         while not self._messages:
             self._executor.spin_once(timeout_sec=_WAIT_S)
             if not self._messages and time.monotonic() - begin > _SILENCE_S:
                 raise ConnectionLostError(self.name, f"{self._topic} has been silent for {_SILENCE_S:g} s")
         return self._sample(*self._messages.popleft())
+
+    def _drop_old(self) -> None:
+        """Leave out what came while the kernels were compiled."""
+        self._waited = True
+        queued = -1
+        while len(self._messages) > queued:
+            queued = len(self._messages)
+            self._executor.spin_once(timeout_sec=0.0)
+        self._messages.clear()
+        self._sequence, self._lost = None, 0
 
     def _sample(self, message: Any, sent_ns: int) -> Sample:
         stamp = message.header.stamp

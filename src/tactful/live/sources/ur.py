@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -48,7 +47,6 @@ class UrSource(Source):
         self._nm_a = np.array(nm_a)  # (6,)
         self._rtde: Any = None
         self._t = float("nan")
-        self._waiting: deque[Sample] = deque()
 
     def open(self) -> None:
         """Connect, and find the rate from the first samples.
@@ -57,24 +55,22 @@ class UrSource(Source):
             SourceError: if nobody answers, or no samples come.
         """
         knock(self.name, self._host, _PORT, "check the address")
-        try:
-            self._rtde = self._interface(self._host, -1.0, _VARIABLES)
-        except (RuntimeError, ValueError, OSError) as error:
-            raise SourceError(self.name, f"no arm's controller answers at {self._host}: {error}") from None
-        self._t = self._rtde.getTimestamp()
-        try:
-            self._waiting = deque(self._newest() for _ in range(_FIRST))
-        except ConnectionLostError as error:
-            self.close()
-            raise SourceError(self.name, f"the controller sends nothing: {error.args[0]}") from None
-        step_s = float(np.median(np.diff([sample.t for sample in self._waiting])))
+        for last in (False, True):  # the client misses the answer to its start now and then
+            try:
+                self._rtde = self._interface(self._host, -1.0, _VARIABLES)
+                self._t = self._rtde.getTimestamp()
+                stamps = [self.read().t for _ in range(_FIRST)]
+                break
+            except (RuntimeError, ValueError, OSError, ConnectionLostError) as error:
+                self.close()
+                if last:
+                    said = "it sends nothing" if isinstance(error, ConnectionLostError) else str(error)
+                    raise SourceError(self.name, f"the controller at {self._host} cannot be used: {said}") from None
+        step_s = float(np.median(np.diff(stamps)))
         self.rate_hz = min(_RATES_HZ, key=lambda rate: abs(rate * step_s - 1))
 
     def read(self) -> Sample:
         """Wait for the next sample."""
-        return self._waiting.popleft() if self._waiting else self._newest()
-
-    def _newest(self) -> Sample:
         rtde = self._rtde
         begin = time.monotonic()
         while True:

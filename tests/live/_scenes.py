@@ -1,0 +1,14 @@
+"""What a served arm goes through."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What stands in the cell, and what happens."""
+
+    obstacle: bool = False
+    hand_s: float | None = None
+    """When a hand pushes for a third of a second, on the clock of the cell [s]."""
+    die_after: int | None = None
+    """States after which the server is gone."""

@@ -1,0 +1,109 @@
+"""The real ur-rtde client against a small RTDE server on loopback."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactful import MonitorConfig, Recording
+from tactful.cli._app import main
+from tactful.live import Recorder, Session, SourceError, open_source
+from tests._counterparts import missing
+from tests.live._scenes import Scene
+from tests.live._served import Served, serve
+
+pytestmark = [pytest.mark.live, pytest.mark.timeout(300)]
+
+CONFIG = MonitorConfig(robot={"model": "ur5e"}, noise={"velocity_rad_s": 0.001, "torque_nm": 0.05, "model_nm": 0.5})
+
+
+@pytest.fixture(autouse=True)
+def _client() -> None:
+    if importlib.util.find_spec("rtde_receive") is None:
+        missing("ur-rtde is not installed")
+
+
+@contextmanager
+def running(host: str, scene: Scene) -> Iterator[tuple[Served, Session]]:
+    """Serve an arm and connect to it; from then on a packet comes when it is granted."""
+    with serve("_rtde_server", host, scene) as arm:
+        session = Session(open_source(f"ur://{host}", CONFIG), CONFIG, reconnect_s=1.0)
+        session.open()
+        arm.grant()
+        yield arm, session
+
+
+def test_a_minute_of_packets_is_processed() -> None:
+    """60 s of the robot's time at 500 Hz: every packet once through the monitor, none skipped, none twice."""
+    with running("127.0.83.1", Scene()) as (arm, session):
+        assert session.source.rate_hz == 500.0
+        stamps = []
+        for step in session.steps(60.0):
+            stamps.append(step.sample.t)
+            arm.grant()
+        report = session.report
+    assert report.samples == report.health.samples == len(stamps) >= 30_001 - report.lost
+    assert (report.contacts, report.health.gaps) == (0, 0)
+    np.testing.assert_allclose(np.diff(stamps[2:]), 0.002, atol=1e-9)  # the first came while the clients began
+    assert report.lost <= round((stamps[2] - stamps[0]) / 0.002)
+
+
+def test_push_is_told_in_its_sample(tmp_path: Path) -> None:
+    """A hand: torques by the motors' currents, the event with the packet in which the detector fires."""
+    path = tmp_path / "push.parquet"
+    with running("127.0.83.2", Scene(hand_s=2.0)) as (arm, session):
+        recorder = Recorder(path)
+        session.on_feed.append(lambda feed: recorder.follow(feed, {}))
+        told = []
+        for step in session.steps(3.5):
+            arm.grant()
+            if step.event is not None:
+                told.append((step.sample.t, step.event))
+        recorder.close()
+    assert told
+    t, first = told[0]
+    assert (first.phase, first.detected_s) == ("began", t)
+    assert arm.truth is not None
+    assert arm.truth["touch_s"] < t < arm.truth["touch_s"] + 0.2
+    assert len(Recording.read(path)) == session.report.samples
+
+
+def test_lost_controller_ends_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The controller is switched off: one line, exit code 1, the recording kept."""
+    path = tmp_path / "cut.parquet"
+    with serve("_rtde_server", "127.0.83.3", Scene(die_after=600)):
+        words = ["live", "--source", "ur://127.0.83.3", "--robot", "ur5e", "--record", str(path)]
+        assert main(words) == 1
+    said = capsys.readouterr().err
+    (line,) = [line for line in said.splitlines() if "before its time" in line]
+    assert "the controller has stopped sending" in line
+    assert 100 < len(Recording.read(path)) <= 600
+
+
+def test_nobody_there_is_told_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    """A wrong address is the commonest mistake."""
+    assert main(["live", "--source", "ur://127.0.83.99", "--robot", "ur5e"]) == 2
+    assert capsys.readouterr().err.strip() == (
+        "tactful: ur://127.0.83.99: no arm at 127.0.83.99, port 30004: Connection refused; check the address"
+    )
+
+
+@pytest.mark.parametrize(
+    ("address", "model", "message"),
+    [
+        ("ur://127.0.83.1", None, "which arm is it"),
+        ("ur://127.0.83.1", "panda", "gives 6 joints, but panda has 7"),
+        ("ur://127.0.83.1?nm_a=1,2", "ur5e", "give six numbers"),
+        ("ur://127.0.83.1?gain=1", "ur5e", "unknown option 'gain'"),
+        ("ur://", "ur5e", "no arm is named"),
+    ],
+)
+def test_bad_address_is_told(address: str, model: str | None, message: str) -> None:
+    """What is wrong with an address is told before anything is connected."""
+    with pytest.raises(SourceError, match=message):
+        open_source(address, MonitorConfig(robot={"model": model}))
