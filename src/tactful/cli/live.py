@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.text import Text
@@ -16,7 +16,9 @@ from tactful.cli.monitor import KIND_STYLES
 
 if TYPE_CHECKING:
     from tactful.live import Feed, Recorder, Report, Session, Source
-    from tactful.monitor import ContactEvent
+    from tactful.live.view import View
+    from tactful.monitor import ContactEvent, MonitorConfig
+    from tactful.reaction import ReactionConfig
 
 _LOOK_S = 0.05
 
@@ -33,6 +35,8 @@ def live(
     speed: float = 1.0,
     mapping: Path | None = None,
     json: bool = False,
+    view: bool = False,
+    port: int = 8080,
 ) -> int:
     """Monitor a running arm, tell its contacts as they come, and react to them if wanted.
 
@@ -50,12 +54,15 @@ def live(
         speed: Of sim and replay: robot time that passes in a second; 0 is as fast as it goes.
         mapping: Of replay: what the columns of the recording mean, a TOML file.
         json: Print one JSON object a line for every event, and nothing else, on standard output.
+        view: Show the arm, its contacts and the signals on a page in the browser. With sim, the arm goes to and fro
+            until it is told to end, and can be touched; with replay:, the recording is played and scrubbed.
+        port: Where the page is served, on this machine alone; 0 takes any port that is free.
 
     Returns:
         0, or 1 if samples were lost or skipped, or the run ended before its time.
     """
     from tactful.errors import TactfulError
-    from tactful.live import Recorder, Session, open_source
+    from tactful.live import open_source
     from tactful.monitor import MonitorConfig
     from tactful.reaction import load_policy
 
@@ -66,40 +73,68 @@ def live(
     settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
     policy = None if react is None else load_policy(react)
     origin = open_source(source, settings, react=policy is not None, speed=speed, mapping=mapping)
-    session = Session(origin, settings, policy=policy)
     console = Console(stderr=True, highlight=False)
+    if view:
+        from tactful.cli._live_page import run_in_page
+
+        return run_in_page(
+            origin,
+            settings,
+            policy,
+            port=port,
+            react=react,
+            record=record,
+            duration_s=duration,
+            speed=speed,
+            mapping=mapping,
+            json=json,
+            console=console,
+        )
+    return run_once(origin, settings, policy, record=record, duration_s=duration, json=json, console=console)
+
+
+def run_once(
+    origin: "Source",
+    settings: "MonitorConfig",
+    policy: "ReactionConfig | None",
+    *,
+    record: Path | None,
+    duration_s: float | None,
+    json: bool,
+    console: Console,
+    view: "View | None" = None,
+    shown_policy: str | None = None,
+) -> int:
+    """Monitor a source to its end, and return the exit code."""
+    from tactful.live import Recorder, Session
+
+    session = Session(origin, settings, policy=policy)
     teller = _Teller(origin, json=json)
     session.on_feed.append(teller.follow)
     recorder = None if record is None else Recorder(record)
     if recorder is not None:
-        session.on_feed.append(lambda feed: recorder.follow(feed, _about(session)))
+        session.on_feed.append(lambda feed: recorder.follow(feed, session.about()))
     with _stopping(session):
         try:
-            with console.status(f"connecting to {source}; the first time ever, kernels are compiled for about 20 s"):
+            with console.status(
+                f"connecting to {origin.name}; the first time ever, kernels are compiled for about 20 s"
+            ):
                 session.open()
             arm = session.monitor.robot
             console.print(
-                f"[dim]{source}: {arm.title if arm else 'no robot, wrench alone'}, {origin.rate_hz:g} Hz, "
+                f"[dim]{origin.name}: {arm.title if arm else 'no robot, wrench alone'}, {origin.rate_hz:g} Hz, "
                 f"{'commanded from here' if origin.commanded else 'listened to'}; Ctrl-C ends it[/dim]",
                 soft_wrap=True,
             )
-            report = session.run(duration)
+            if view is not None:
+                view.follow(session, shown_policy)
+            report = session.run(duration_s)
         finally:
             session.close()
             teller.finish()
             if recorder is not None:
                 recorder.close()
     return _tell_end(report, recorder, console)
-
-
-def _about(session: "Session") -> dict[str, Any]:
-    """Return what a recording says beside its samples."""
-    arm = session.monitor.robot
-    return {
-        "source": session.source.name,
-        "robot": arm.name if arm else None,
-        "config": session.monitor.config.model_dump(mode="json"),
-    }
 
 
 @contextmanager

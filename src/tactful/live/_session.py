@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -150,6 +150,15 @@ class Session:
     def ask(self, wish: Callable[[Sample], None]) -> None:
         """Let the loop do something short with the next sample, after the arm has got its torque; from any thread."""
         self._asked.append(wish)
+
+    def about(self) -> dict[str, Any]:
+        """Return what a recording says beside its samples."""
+        robot = self.monitor.robot
+        return {
+            "source": self.source.name,
+            "robot": robot.name if robot else None,
+            "config": self.monitor.config.model_dump(mode="json"),
+        }
 
     def pardon(self) -> None:
         """Do not count the next sample as late, nor any as lost before it: the source was paused."""

@@ -1,0 +1,7 @@
+"""The page of a running monitor, in a browser. Needs the extra `view`."""
+
+from tactful.live.view._replay import replay, settings_of
+from tactful.live.view._view import View
+from tactful.live.view._workshop import WorkshopSource
+
+__all__ = ["View", "WorkshopSource", "replay", "settings_of"]
