@@ -27,6 +27,7 @@ _SILENCE_S = 1.0
 _WAIT_S = 0.1
 _FIRST = 21
 _QUEUE = 1000
+_IDLE = 10
 
 
 class Ros2Source(Source):
@@ -151,10 +152,11 @@ class Ros2Source(Source):
     def _drop_old(self) -> None:
         """Leave out what came while the kernels were compiled."""
         self._waited = True
-        queued = -1
-        while len(self._messages) > queued:
+        idle = 0
+        while idle < _IDLE:
             queued = len(self._messages)
-            self._executor.spin_once(timeout_sec=0.0)
+            self._executor.spin_once(timeout_sec=0.0)  # which may also wake for nothing
+            idle = 0 if len(self._messages) > queued else idle + 1
         self._messages.clear()
         self._sequence, self._lost = None, 0
 
