@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -126,19 +125,10 @@ class MonitorConfig(Config):
         Raises:
             ConfigError: if the file cannot be read, is not TOML, or has an unknown key or a value that is not allowed.
         """
-        file = Path(path)
-        try:
-            data: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise ConfigError(str(file), "", f"cannot be read: {error.strerror}") from None
-        except UnicodeDecodeError:
-            raise ConfigError(str(file), "", "is not text: a configuration is a TOML file in UTF-8") from None
-        except tomllib.TOMLDecodeError as error:
-            raise ConfigError(str(file), "", f"is not TOML: {error}") from None
-        config = cls(**data)
+        config = cls.from_toml(path)
         if config.classifier == _RULES:
             return config
-        return config.model_copy(update={"classifier": str(file.parent / config.classifier)})
+        return config.model_copy(update={"classifier": str(Path(path).parent / config.classifier)})
 
     def save(self, path: str | Path) -> None:
         """Write what differs from the defaults to a TOML file, which `load` reads, all at once or not at all.
