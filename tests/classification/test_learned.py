@@ -64,7 +64,7 @@ def test_it_waits_until_it_is_sure_or_asked_last() -> None:
     learned = LearnedClassifier(model())
     waits = learned.classify(touched(y, dq, next_s=now + 0.02))
     assert (waits.kind, waits.evidence[0].rule) == ("contact", "probability")
-    assert learned.classify(touched(y, dq, next_s=now + 0.04)).kind == "collision"
+    assert learned.classify(touched(y, dq, next_s=now + 0.06)).kind == "collision"
     assert learned.classify(first).kind == "collision"
     assert LearnedClassifier(model(), LearnedConfig(threshold=0.3)).classify(first).kind == "cooperation"
     sure = learned.classify(touched(at_tip([0, -10, 0]), dq, next_s=now + 0.02))

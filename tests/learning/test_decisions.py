@@ -38,7 +38,7 @@ def test_each_detection_is_a_decision_with_its_truth(panda: Robot, touched: Reco
     ]
     assert {d.operator for d in found} == {"calm"}
     for decision in found:
-        assert [round(ask.since_s, 3) for ask in decision.asks] == [0.02, 0.04]
+        assert [round(ask.since_s, 3) for ask in decision.asks] == [0.02, 0.04, 0.06]
         assert np.isfinite(decision.asks[-1].features).sum() > 8
 
 

@@ -28,8 +28,8 @@ class LearnedConfig(Config):
     """Probability of cooperation above which a contact is one; `tactful tune` sets it for a stated guarantee."""
     sure: Annotated[float, Field(ge=0.5, lt=1)] = 0.95
     """Probability from which a contact is told at once; below it, it stays `contact` and is looked at again."""
-    wait_s: Annotated[float, Field(ge=0, le=0.05)] = 0.05
-    """How long after the detection it is told at the latest [s]."""
+    wait_s: Annotated[float, Field(ge=0, le=0.2)] = 0.07
+    """How long after the detection it is told at the latest: 50 ms after it is first asked [s]."""
 
     def kind(self, p: float, *, last: bool) -> Literal["collision", "cooperation"] | None:
         """Return what a probability of cooperation means; None as long as it may wait and neither is sure."""

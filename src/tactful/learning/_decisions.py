@@ -80,7 +80,7 @@ def decisions_of(
     extract: Callable[[Onset], T],
     *,
     operator: str | None = None,
-    wait_s: float = 0.05,
+    wait_s: float = 0.07,
 ) -> tuple[Decision[T], ...]:
     """Run the monitor over a labelled recording, and return what its classifier has to decide there.
 
