@@ -25,7 +25,7 @@ from tests.live import _served as served
 from tests.live._scenes import Scene
 from tests.live._served import Served
 
-pytestmark = [pytest.mark.live, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.live, pytest.mark.timeout(900)]
 
 CONFIG = MonitorConfig(noise={"velocity_rad_s": 0.001, "torque_nm": 0.05, "model_nm": 0.2})
 FR3 = Robot.load("fr3")

@@ -25,7 +25,7 @@ from tests._counterparts import missing
 
 pytestmark = [
     pytest.mark.live,
-    pytest.mark.timeout(300),
+    pytest.mark.timeout(900),
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),  # rclpy's own
 ]
 

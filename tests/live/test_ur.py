@@ -17,7 +17,7 @@ from tests._counterparts import missing
 from tests.live._scenes import Scene
 from tests.live._served import Served, serve
 
-pytestmark = [pytest.mark.live, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.live, pytest.mark.timeout(900)]
 
 CONFIG = MonitorConfig(robot={"model": "ur5e"}, noise={"velocity_rad_s": 0.001, "torque_nm": 0.05, "model_nm": 0.5})
 
