@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from tactful.config import ConfigError
-from tactful.control import CartesianImpedance, ImpedanceConfig, Pose
+from tactful.control import FOLLOW_STEP_S, CartesianImpedance, ImpedanceConfig, Pose, follow
 from tactful.dynamics import Dynamics
 from tactful.errors import TactfulError
 from tactful.evaluation import check_labels, find_recordings
@@ -38,7 +38,6 @@ from tactful.simulation import (
     simulate,
     spec_of,
 )
-from tactful.simulation._follow import STEP_S, follow
 from tactful.simulation._operators import Operator
 from tactful.simulation._shape import Shape
 
@@ -139,7 +138,7 @@ def test_follower_foresees_the_motion() -> None:
     track = follow(arm, path.pose, arm.home, path.end_s, ImpedanceConfig())
     cell, controller = WorkCell(arm, sensors=SensorConfig.exact()), CartesianImpedance(arm)
     q = np.array([sample.q for sample in cell.run(controller, path.pose, path.end_s)])
-    assert np.abs(q[:: round(1000 * STEP_S)] - track[: len(q[:: round(1000 * STEP_S)])]).max() < 0.12
+    assert np.abs(q[:: round(1000 * FOLLOW_STEP_S)] - track[: len(q[:: round(1000 * FOLLOW_STEP_S)])]).max() < 0.12
 
 
 def test_plan_is_balanced_and_has_no_twins() -> None:

@@ -57,6 +57,9 @@ class ReactionConfig(Config):
     """How long after the end of a contact `stop` and `retract` take up the motion again; None: when told to [s]."""
     return_s: PositiveFloat = 1.0
     """Time in which the arm goes back to where it left its motion [s]."""
+    guiding: Literal["free", "translation"] = "free"
+    """What `teach` lets a hand move: all of the pose, or the position alone. Then orientation and posture are held by
+    the impedance of the motion, which stays as it is: nothing but the reference's position is let go."""
     torque_share: Annotated[float, Field(gt=0, le=1)] = 1.0
     """Largest torque, as a share of the arm's limit (`Robot.torque_limit`)."""
     torque_rate_nm_s: PositiveFloat = 1000.0

@@ -107,14 +107,24 @@ class TaughtPath:
 
 
 class Teach(Comply):
-    """Give way to a hand, and remember where it leads."""
+    """Give way to a hand, and remember where it leads.
+
+    Args:
+        tip: where the tip is.
+        held: the orientation that is held (3, 3); by default it gives way, too.
+    """
 
     name: ClassVar[ReactionName] = "teach"
 
-    def __init__(self, tip: Pose) -> None:
+    def __init__(self, tip: Pose, held: Array | None = None) -> None:
         super().__init__(tip)
+        self.held = held
         self._times: list[float] = []
         self._poses: list[Pose] = []
+
+    def reference(self, t: float) -> Pose:
+        """Return where the tip is, with the orientation that is held."""
+        return self.tip if self.held is None else Pose(self.held, self.tip.position_m)
 
     def notice(self, t: float, tip: Pose) -> None:
         """Follow the tip and remember it, every 10 ms."""
@@ -128,14 +138,25 @@ class Teach(Comply):
         return TaughtPath(np.array(self._times), tuple(self._poses), plan_s)
 
 
-def make(name: ReactionName, t: float, tip: Pose, event: ContactEvent, config: ReactionConfig) -> Reaction | None:
-    """Return the reaction to an event, None to go on. A force whose direction is not known stops the arm instead."""
+def make(
+    name: ReactionName, t: float, tip: Pose, wanted: Pose, event: ContactEvent, config: ReactionConfig
+) -> Reaction | None:
+    """Return the reaction to an event, None to go on. A force whose direction is not known stops the arm instead.
+
+    Args:
+        name: the reaction.
+        t: time [s].
+        tip: where the tip is.
+        wanted: where the plan wanted it.
+        event: the contact.
+        config: the policy.
+    """
     if name == "continue":
         return None
     if name == "comply":
         return Comply(tip)
     if name == "teach":
-        return Teach(tip)
+        return Teach(tip, wanted.rotation if config.guiding == "translation" else None)
     size = float(np.linalg.norm(event.force_n))
     if name == "stop" or event.damped or size < 1e-9:
         return Stop(tip)

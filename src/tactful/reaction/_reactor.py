@@ -102,7 +102,7 @@ class Reactor:
             self._waits = self.config.resume_s is None  # an earlier contact stopped the arm: this one does not free it
         self._leave()
         self._contact = event.id
-        self._reaction = make(name, t, Pose(*self._dynamics.pose(q)), event, self.config)
+        self._reaction = make(name, t, Pose(*self._dynamics.pose(q)), self._plan(self._plan_s), event, self.config)
         self._way_back = None
 
     def torque(self, t: float, q: ArrayLike, dq: ArrayLike) -> Array:
@@ -125,8 +125,7 @@ class Reactor:
         else:
             if reaction.gives_way:
                 reaction.notice(t, Pose(*self._dynamics.pose(q)))
-            controller = self._soft if reaction.gives_way else self._stiff
-            wanted = controller.torque(q, dq, *reaction.reference(t))
+            wanted = self._controller(reaction).torque(q, dq, *reaction.reference(t))
         wanted = np.minimum(np.maximum(wanted, -self._limit), self._limit)
         if self._t is not None:
             change = self._rate_nm_s * (step or self.config.impedance.period_s)
@@ -150,6 +149,11 @@ class Reactor:
         """Stop here, whatever there is."""
         self._leave()
         self._reaction, self._contact, self._ended_s = Stop(Pose(*self._dynamics.pose(q))), None, None
+
+    def _controller(self, reaction: Reaction) -> CartesianImpedance:
+        if not reaction.gives_way:
+            return self._stiff
+        return self._moving if isinstance(reaction, Teach) and reaction.held is not None else self._soft
 
     def _reference(self, t: float, step: float) -> Pose:
         if self._way_back is not None:

@@ -8,7 +8,7 @@ from tactful.simulation._demonstration import Demonstration
 from tactful.simulation._episode import Episode, collision_and_help
 from tactful.simulation._fixtures import Bar, Box, Fixture, HoledBox, Table
 from tactful.simulation._generate import EpisodeEntry, generate, read_manifest
-from tactful.simulation._hands import Drag, Guide, Hand, Hesitation, Push, Tremor
+from tactful.simulation._hands import Drag, Guide, Hand, Hesitation, Lead, Push, Tremor
 from tactful.simulation._operators import OPERATORS, Operator
 from tactful.simulation._peg import PEG, mistaken, peg_arm
 from tactful.simulation._scene import Scene, draw_scene
@@ -16,10 +16,11 @@ from tactful.simulation._simulate import EpisodeResult, run_episode, simulate, s
 from tactful.simulation._spec import KINDS, PLACES, EpisodeKind, EpisodeSpec, draw_plan
 from tactful.simulation._truth import TrueContact
 from tactful.simulation._work_cell import Sample, WorkCell
-from tactful.simulation._workshop import Rounds, Workshop, workshop
+from tactful.simulation._workshop import OBSTACLE_SIZE_M, Rounds, Workshop, workshop
 
 __all__ = [
     "KINDS",
+    "OBSTACLE_SIZE_M",
     "OPERATORS",
     "PEG",
     "PLACES",
@@ -38,6 +39,7 @@ __all__ = [
     "Hand",
     "Hesitation",
     "HoledBox",
+    "Lead",
     "NoiseSpectrum",
     "Operator",
     "Push",

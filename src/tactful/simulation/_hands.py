@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tactful.control import minimum_jerk
 
 Array = NDArray[np.float64]
+
+_DERIVATIVE_S = 0.001
 
 
 class Hand(Protocol):
@@ -139,9 +142,9 @@ class Push(_Touch):
         return self.grip(t) * self._trembling(t, np.array(self.force_n))
 
 
-def _drawn(hand: Guide | Drag, position_m: Array, velocity_m_s: Array) -> Array:
+def _drawn(hand: Guide | Drag | Lead, target_m: ArrayLike, position_m: Array, velocity_m_s: Array) -> Array:
     """Return the force of a spring of bounded strength and a damper (3,) [N]."""
-    spring = hand.stiffness_n_m * (np.array(hand.target_m) - position_m)
+    spring = hand.stiffness_n_m * (np.asarray(target_m) - position_m)
     spring *= min(1.0, hand.strength_n / max(float(np.linalg.norm(spring)), 1e-9))
     return np.asarray(spring - hand.damping_ns_m * velocity_m_s)
 
@@ -166,7 +169,7 @@ class Guide(_Touch):
 
     def force(self, t: float, position_m: Array, velocity_m_s: Array) -> Array:
         """Return the force on the link (3,), base axes [N]."""
-        return np.asarray(self.grip(t) * self._trembling(t, _drawn(self, position_m, velocity_m_s)))
+        return np.asarray(self.grip(t) * self._trembling(t, _drawn(self, self.target_m, position_m, velocity_m_s)))
 
 
 @dataclass(kw_only=True)
@@ -199,4 +202,30 @@ class Drag:
         """Return the force on the link (3,), base axes [N]."""
         if self.target_m is None:
             return np.zeros(3)
-        return _drawn(self, position_m, velocity_m_s)
+        return _drawn(self, self.target_m, position_m, velocity_m_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lead(_Touch):
+    """A hand that takes hold of a point and leads it along a path, as a spring and a damper.
+
+    F = grip(t) (K (x_d(t) - x) + D (dx_d/dt - dx/dt)), with the spring's part at most `strength_n`.
+
+    Attributes:
+        path: where the point is to be at the time t, in the base (3,) [m].
+        stiffness_n_m: K [N/m].
+        damping_ns_m: D [Ns/m].
+        strength_n: largest force of the spring [N].
+    """
+
+    path: Callable[[float], Array]
+    stiffness_n_m: float = 400.0
+    damping_ns_m: float = 15.0
+    strength_n: float = 20.0
+
+    def force(self, t: float, position_m: Array, velocity_m_s: Array) -> Array:
+        """Return the force on the link (3,), base axes [N]."""
+        target = self.path(t)
+        target_m_s = (target - self.path(t - _DERIVATIVE_S)) / _DERIVATIVE_S
+        force = _drawn(self, target, position_m, velocity_m_s - target_m_s)
+        return np.asarray(self.grip(t) * self._trembling(t, force))

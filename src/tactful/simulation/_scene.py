@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactful.control import Pose
+from tactful.control import FOLLOW_STEP_S, Pose, follow, reach
 from tactful.dynamics import Dynamics
 from tactful.errors import TactfulError
 from tactful.robots import Robot
 from tactful.simulation._demonstration import Demonstration
 from tactful.simulation._fixtures import Bar, Fixture, HoledBox
-from tactful.simulation._follow import STEP_S, follow, reach
 from tactful.simulation._peg import PEG_RADIUS_M
 from tactful.simulation._shape import Shape, capsule_gap
 from tactful.simulation._spec import EpisodeSpec
@@ -176,8 +175,8 @@ def _bar(robot: Robot, track: Array, spec: EpisodeSpec, rng: np.random.Generator
     """Return a bar that a link, not the peg, will meet while it moves, when, and what remedies it; or None."""
     shape = Shape(robot)
     starts, ends = shape.along(track)  # 2 x (m, p, 3)
-    earliest = round((2.6 if spec.kind == "cooperation_then_collision" else 0.6) / STEP_S)
-    latest = len(track) - round(0.5 / STEP_S)
+    earliest = round((2.6 if spec.kind == "cooperation_then_collision" else 0.6) / FOLLOW_STEP_S)
+    latest = len(track) - round(0.5 / FOLLOW_STEP_S)
     if latest <= earliest:
         return None
     parts = np.flatnonzero(np.isin(shape.link[:-1], _LINKS_IN_THE_WAY))  # the last capsule is the peg
@@ -187,7 +186,7 @@ def _bar(robot: Robot, track: Array, spec: EpisodeSpec, rng: np.random.Generator
         part = int(rng.choice(parts[shape.link[parts] == link]))
         share = rng.uniform()
         before, point = starts[k - 1 : k + 1, part] + share * (ends - starts)[k - 1 : k + 1, part]
-        velocity = (point - before) / STEP_S
+        velocity = (point - before) / FOLLOW_STEP_S
         speed = float(np.linalg.norm(velocity))
         if speed < _LEAST_SPEED_M_S:
             continue
@@ -202,11 +201,11 @@ def _bar(robot: Robot, track: Array, spec: EpisodeSpec, rng: np.random.Generator
         gap = capsule_gap(starts[k], ends[k], shape.radius, middle - half, middle + half, thick)
         if np.argmin(gap) != part:
             continue
-        earlier = slice(0, max(k - round(_NEAR_S / STEP_S), 1), 2)
+        earlier = slice(0, max(k - round(_NEAR_S / FOLLOW_STEP_S), 1), 2)
         gaps = capsule_gap(starts[earlier], ends[earlier], shape.radius, middle - half, middle + half, thick)  # (m, p)
         if gaps.min() < _NEAR_M or gaps[0].min() < 0.03:
             continue
         bar = Bar(start_m=tuple(middle - half), end_m=tuple(middle + half), radius_m=thick)
         remedy = -0.6 * ahead + np.cross(ahead, across) * rng.choice([-1.0, 1.0])
-        return bar, k * STEP_S, remedy / np.linalg.norm(remedy)
+        return bar, k * FOLLOW_STEP_S, remedy / np.linalg.norm(remedy)
     return None

@@ -7,14 +7,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from tactful.control import ImpedanceConfig, Pose, orientation_error
+from tactful.control._config import ImpedanceConfig
+from tactful.control._path import Pose
+from tactful.control._rotation import orientation_error
 from tactful.dynamics import Dynamics
 from tactful.errors import TactfulError
 from tactful.robots import Robot
 
 Array = NDArray[np.float64]
 
-STEP_S = 0.02
+FOLLOW_STEP_S = 0.02
 _NEAR_M = 1e-4
 
 
@@ -37,10 +39,10 @@ def follow(
     B = np.repeat(config.damping, 3)
     posture = config.posture_stiffness_nm_rad / config.posture_damping_nms_rad
     path = [q]
-    for k in range(round(duration_s / STEP_S)):
+    for k in range(round(duration_s / FOLLOW_STEP_S)):
         now = path[-1]
-        dq = _towards(dynamics, now, reference(k * STEP_S), K / B, posture * (q - now))
-        path.append(now + STEP_S * dq)
+        dq = _towards(dynamics, now, reference(k * FOLLOW_STEP_S), K / B, posture * (q - now))
+        path.append(now + FOLLOW_STEP_S * dq)
     return np.array(path)
 
 
