@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from tactful.monitor import MonitorConfig
     from tactful.reaction import ReactionConfig
 
-_RESUME_S = 1.5
-"""How long after a contact an arm that stopped for it goes on, in the simulation that is not told otherwise [s]."""
+_WORKSHOP = {"resume_s": 1.5, "guiding": "translation"}
+"""How the arm in simulation differs from the policy `teach` if it is not told otherwise: it goes on by itself after it
+has stopped, and keeps its orientation while it is led."""
 
 
 def run_in_page(
@@ -45,7 +46,7 @@ def run_in_page(
     in_workshop = scheme == "sim"
     shown = react if react in NAMED else None
     if in_workshop and policy is None:
-        policy, shown = NAMED["teach"].model_copy(update={"resume_s": _RESUME_S}), "teach"
+        policy, shown = NAMED["teach"].model_copy(update=_WORKSHOP), "teach"
     with View(port) as view:
         console.print(f"the page: [bold]{view.address}[/bold]")
         if scheme == "replay":

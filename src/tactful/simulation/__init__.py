@@ -16,7 +16,7 @@ from tactful.simulation._simulate import EpisodeResult, run_episode, simulate, s
 from tactful.simulation._spec import KINDS, PLACES, EpisodeKind, EpisodeSpec, draw_plan
 from tactful.simulation._truth import TrueContact
 from tactful.simulation._work_cell import Sample, WorkCell
-from tactful.simulation._workshop import OBSTACLE_SIZE_M, Rounds, Workshop, workshop
+from tactful.simulation._workshop import OBSTACLE_SIZE_M, Path, Rounds, Workshop, workshop
 
 __all__ = [
     "KINDS",
@@ -42,6 +42,7 @@ __all__ = [
     "Lead",
     "NoiseSpectrum",
     "Operator",
+    "Path",
     "Push",
     "Rounds",
     "Sample",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,15 +25,28 @@ _WAY_M = np.array([0.0, 0.5, 0.0])
 _LEG_S, _REST_S = 3.0, 0.5
 
 
+class Path(Protocol):
+    """Where the tip is to be from the time 0 to `end_s`."""
+
+    @property
+    def end_s(self) -> float:
+        """When its end is reached [s]."""
+        ...
+
+    def pose(self, t: float) -> Pose:
+        """Return the pose at the time t [s]."""
+        ...
+
+
 class Rounds:
     """Go a path and back again, for ever.
 
     Args:
-        path: the way there, from rest to rest, from the time 0 on.
+        path: the way there, from rest to rest.
         rest_s: how long to rest at each end [s].
     """
 
-    def __init__(self, path: MinimumJerkPath, rest_s: float = _REST_S) -> None:
+    def __init__(self, path: Path, rest_s: float = _REST_S) -> None:
         self.path, self.rest_s = path, rest_s
 
     def __call__(self, t: float) -> Pose:

@@ -12,7 +12,7 @@ from tactful.monitor import ContactEvent
 if TYPE_CHECKING:
     import viser
 
-_ROWS = 7
+_ROWS = 6
 _STRIP_S = 30.0
 _WIDTH, _HEIGHT = 340, 44
 _HINT = "<div style='color:#7b8a97;font-size:12.5px'>Choose a contact to see what decided.</div>"

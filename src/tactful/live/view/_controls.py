@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -38,16 +39,24 @@ class Controls:
 
     def run(self) -> None:
         """Add what starts, pauses and records."""
-        gui, ask = self._gui, self._ask
-        if self._setup.workshop:
-            self._pause = gui.add_button("Pause", icon="player-pause", color="gray")
-            self._pause.on_click(lambda _: ask("pause", not self._paused))
-            gui.add_button("Reset", icon="rotate", color="gray", hint="Begin a new run").on_click(
-                lambda _: ask("restart")
-            )
-        self._record = gui.add_button("Record", icon="player-record", color="gray", hint="Record to a file (.parquet)")
-        self._record.on_click(lambda _: ask("record", not self._recording))
-        self._notice = gui.add_html("", visible=False)
+        self._group = self._gui.add_button_group("Run", self._offers(), hint="Reset begins a new run")
+
+        @self._group.on_click
+        def _(event: viser.GuiEvent) -> None:
+            wishes = {
+                "Pause": ("pause", True),
+                "Go on": ("pause", False),
+                "Reset": ("restart",),
+                "Record": ("record", True),
+                "Stop recording": ("record", False),
+            }
+            self._ask(*wishes[self._group.value])
+
+        self._notice = self._gui.add_html("", visible=False)
+
+    def _offers(self) -> tuple[str, ...]:
+        record = "Stop recording" if self._recording else "Record"
+        return ("Go on" if self._paused else "Pause", "Reset", record) if self._setup.workshop else (record,)
 
     def touch(self, held: Callable[[int], Array]) -> None:
         """Add the hand and the obstacle; `held` says where a link is (3,) [m]."""
@@ -80,7 +89,7 @@ class Controls:
         with gui.add_folder("Obstacle"):
             gui.add_button("Put it in the way", icon="barrier-block").on_click(lambda _: ask("put", setup.in_the_way_m))
             gui.add_button("Put it aside", icon="arrow-right").on_click(lambda _: ask("put", setup.obstacle_m))
-            x, y, z = (float(value) for value in setup.obstacle_m)
+            x, y, z = (round(float(value), 2) for value in setup.obstacle_m)
             place = gui.add_vector3("At x y z [m]", (x, y, z), min=(-0.8, -0.9, 0.0), max=(1.1, 0.9, 1.0), step=0.01)
 
             @place.on_update
@@ -124,16 +133,13 @@ class Controls:
 
     def update(self, frame: Frame) -> None:
         """Show what is so now."""
-        self._recording = frame.recording is not None
-        self._record.label = "Stop recording" if self._recording else "Record"
-        self._record.color = "red" if self._recording else "gray"
+        self._recording, self._paused = frame.recording is not None, frame.paused
+        if self._group.options != self._offers():
+            self._group.options = self._offers()
         self._slider.disabled = self._recording
         self._notice.visible = frame.notice is not None
         if frame.notice is not None:
-            self._notice.content = _SMALL.format(_escaped(frame.notice))
-        if self._setup.workshop:
-            self._paused = frame.paused
-            self._pause.label = "Go on" if frame.paused else "Pause"
+            self._notice.content = _SMALL.format(html.escape(frame.notice))
         if self._setup.commanded:
             self._keep.disabled = not (frame.taught and self._setup.workshop)
 
@@ -147,9 +153,3 @@ def scaled(config: MonitorConfig, factor: float) -> MonitorConfig:
     fast = config.fast.model_copy(update={"threshold": times(config.fast.threshold)})
     frequency = config.frequency.model_copy(update={"threshold_n": times(config.frequency.threshold_n)})
     return config.model_copy(update={"fast": fast, "frequency": frequency})
-
-
-def _escaped(text: str) -> str:
-    import html
-
-    return html.escape(text)

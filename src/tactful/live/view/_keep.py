@@ -2,78 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
-from numpy.typing import NDArray
 
-from tactful.control import MinimumJerkPath, Pose, minimum_jerk
-from tactful.reaction import TaughtPath
-from tactful.simulation import Rounds
+from tactful.control import MinimumJerkPath, Pose, reach
+from tactful.live.view._messages import Array
+from tactful.reaction import TaughtPath, merge
+from tactful.robots import Robot
+from tactful.simulation import Path, Rounds
 
-Array = NDArray[np.float64]
-
-_SPACING_M = 0.01
-_SMOOTH_M = 0.06
-"""Over so much of the way, corners are rounded [m]."""
+_HOMEWARD_M_S = 0.15
+_STEP_S = 0.01
 
 
-class LedPath(MinimumJerkPath):
-    """A way through many poses, from rest to rest in one go; its orientation turns evenly from the first to the last.
+class Backwards:
+    """A path from its end to its beginning.
 
     Args:
-        points_m: (k, 3) [m].
-        first: the pose at the start.
-        last: the pose at the end.
-        end_s: when it is reached [s].
+        path: the path.
     """
 
-    def __init__(self, points_m: Array, first: Pose, last: Pose, end_s: float) -> None:
-        super().__init__([(0.0, first), (end_s, last)])
-        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points_m, axis=0), axis=1))])
-        self._points, self._share = points_m, way / way[-1]
+    def __init__(self, path: Path) -> None:
+        self.path, self.end_s = path, path.end_s
 
     def pose(self, t: float) -> Pose:
         """Return the pose at the time t [s]."""
-        turned = super().pose(t)
-        s = minimum_jerk(t / self.end_s)
-        return Pose(turned.rotation, np.array([np.interp(s, self._share, x) for x in self._points.T]))
+        return self.path.pose(self.end_s - min(max(t, 0.0), self.end_s))
 
 
-def keep(taught: TaughtPath, plan: Rounds) -> Rounds:
-    """Return rounds that go the way that a hand has led, in the place of the part of theirs that it left out.
+def keep(taught: Sequence[TaughtPath], plan: Rounds, robot: Robot, posture: Array) -> Rounds:
+    """Return rounds that go the way that a hand has led last, and on to the end from where it let go.
 
-    What the hand led counts from where it took the tip off its way to where it let go; before and after that, the way
-    is the old one. Both ways, there and back, change. Pauses of the hand are left out, and corners rounded.
+    The leg on which the hand took over is merged with it, see `tactful.reaction.merge`; the other leg is the same way
+    in the other direction.
 
     Args:
-        taught: the way of the hand.
-        plan: the rounds in which it took over.
+        taught: the ways that hands have led.
+        plan: the rounds in which they took over.
+        robot: the arm.
+        posture: joint positions near the way (n,) [rad].
+
+    Raises:
+        TactfulError: if no plan can be made of it.
     """
-    path = plan.path
-    _, back = plan.along(taught.plan_s)
-    old = np.array([path.pose(t).position_m for t in np.linspace(0, path.end_s, 200)])
-    led = np.array([pose.position_m for pose in taught.poses])
-    if back:
-        led = led[::-1]
-    first, last = path.pose(0.0), path.pose(path.end_s)
-    ahead = last.position_m - first.position_m
-    begin, end = sorted(float((p - first.position_m) @ ahead) for p in (led[0], led[-1]))
-    along = (old - first.position_m) @ ahead
-    before, after = old[along < begin], old[along > end]
-    points = _even(np.concatenate([before, led, after]) if len(before) or len(after) else led)
-    points = np.concatenate([[first.position_m], _smooth(points), [last.position_m]])
-    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
-    end_s = path.end_s * max(1.0, float(length / max(np.linalg.norm(ahead), 1e-9)))
-    return Rounds(LedPath(points, first, last, end_s), plan.rest_s)
+    at_s, back = plan.along(taught[-1].plan_s)
+    leg: Path = Backwards(plan.path) if back else plan.path
+    since_s = leg.end_s - at_s if back else at_s
+    led = [replace(path, plan_s=since_s) for path in taught if path.plan_s == taught[-1].plan_s]
+    led[-1] = _to_the_end(led[-1], leg.pose(leg.end_s))
+    start = reach(robot, leg.pose(0.0), posture)
+    merged = merge(leg.pose, led, robot, start)
+    return Rounds(Backwards(merged) if back else merged, plan.rest_s)
 
 
-def _even(points: Array) -> Array:
-    """Return points at even distances on the same way (k, 3)."""
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    places = np.linspace(0, way[-1], max(2, round(way[-1] / _SPACING_M)))
-    return np.stack([np.interp(places, way, x) for x in points.T], axis=1)
-
-
-def _smooth(points: Array) -> Array:
-    from scipy.ndimage import gaussian_filter1d
-
-    return np.asarray(gaussian_filter1d(points, _SMOOTH_M / _SPACING_M / 2, axis=0, mode="nearest"))
+def _to_the_end(path: TaughtPath, end: Pose) -> TaughtPath:
+    """Return a way that goes on to a pose from where the hand let go."""
+    last = path.poses[-1]
+    duration_s = max(float(np.linalg.norm(end.position_m - last.position_m)) / _HOMEWARD_M_S, 0.5)
+    onward = MinimumJerkPath([(0.0, last), (duration_s, end)])
+    times = np.arange(_STEP_S, duration_s + _STEP_S, _STEP_S)
+    poses = tuple(onward.pose(t) for t in times.tolist())
+    return replace(path, t=np.concatenate([path.t, path.t[-1] + times]), poses=path.poses + poses)

@@ -45,6 +45,8 @@ class Setup:
     """Whether the arm is commanded from here, so that it can react."""
     workshop: bool
     """Whether it can be touched, paused and started anew."""
+    recorded: bool = False
+    """Whether it is a recording, whose past follows."""
     policy: str | None = None
     obstacle_m: Array | None = None
     in_the_way_m: Array | None = None

@@ -92,10 +92,18 @@ class Page:
         self._scene = Scene(server, setup, self._drag if live else None, self._put if live else None)
         self._state = server.gui.add_html("")
         self._player: Player | None = None
-        self._controls: Controls | None = None
+        self._controls = Controls(server, setup, self._ask)
+        if not setup.recorded:
+            self._controls.run()
         self._tabs = server.gui.add_tab_group()
         with self._tabs.add_tab("Contacts", "list"):
             self._contacts = Contacts(server, self._chosen)
+        if live:
+            with self._tabs.add_tab("Touch", "hand-finger"):
+                self._controls.touch(self._scene.middle_of)
+        if not setup.recorded:
+            with self._tabs.add_tab("Settings", "adjustments"):
+                self._controls.settings()
         self._signals = Signals(server, setup)
         self._signals.panel.dock_left()
         self._signals.panel.set_width(_SIGNALS_PX)
@@ -128,9 +136,6 @@ class Page:
 
     def update(self, frame: Frame) -> None:
         """Show what has come."""
-        if self._controls is None:
-            self._add_controls()
-        assert self._controls is not None
         self._t = frame.t
         self._history.add(frame.trace)
         self._q = frame.q if frame.q is not None else self._q
@@ -156,17 +161,6 @@ class Page:
         self._signals.panel.remove()
         self._server.gui.reset()
         self._server.scene.reset()
-
-    def _add_controls(self) -> None:
-        gui, setup = self._server.gui, self._setup
-        self._controls = controls = Controls(self._server, setup, self._ask)
-        if setup.workshop:
-            with self._tabs.add_tab("Touch", "hand-finger"):
-                controls.touch(self._scene.middle_of)
-        with self._tabs.add_tab("Settings", "adjustments"):
-            controls.settings()
-        with gui.add_folder("Run"):
-            controls.run()
 
     def _show_state(self, frame: Frame) -> None:
         latest = self._latest

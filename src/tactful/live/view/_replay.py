@@ -51,6 +51,7 @@ def replay(view: View, path: Path, config: MonitorConfig, mapping: Path | None =
             config=monitor.config,
             commanded=False,
             workshop=False,
+            recorded=True,
         ),
         Past(trace=trace, q=None if q is None or monitor.robot is None else q[good][index], events=timeline.events),
     )

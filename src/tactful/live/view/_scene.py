@@ -16,7 +16,7 @@ from tactful.monitor import ContactEvent
 if TYPE_CHECKING:
     import viser
 
-_LINK = ((232, 236, 240), (206, 214, 221))
+_LINK = ((240, 242, 244), (150, 163, 175))
 _FORCE_M_PER_N = 0.008
 _LONGEST_M, _UNIT_M = 0.40, 0.20
 _SMALL_N = 1.5
@@ -24,6 +24,8 @@ _NOWHERE = np.array([[[0.0, 0.0, -9.0], [0.0, 0.0, -9.001]]])
 _VELOCITY = (33, 102, 196)
 _SHOWN_S = 2.0
 """How long a contact stays marked after its end [s]."""
+
+CAMERA_M, LOOK_AT_M, CAMERA_FOV_RAD = (1.9, -1.25, 1.15), (0.3, 0.05, 0.36), 0.70
 
 Grab = Callable[[str, int, Array, Array], None]
 """What is told of a drag: its phase, the link, the point that is held and where the mouse is."""
@@ -60,8 +62,9 @@ class Scene:
             section_color=(200, 208, 214),
             shadow_opacity=0.18,
         )
-        server.initial_camera.position = (1.75, -1.15, 1.15)
-        server.initial_camera.look_at = (0.28, 0.05, 0.38)
+        server.initial_camera.fov = CAMERA_FOV_RAD
+        server.initial_camera.position = CAMERA_M
+        server.initial_camera.look_at = LOOK_AT_M
         server.initial_camera.up = (0.0, 0.0, 1.0)
         if robot is not None:
             self._draw_arm(robot, setup, on_drag)
@@ -103,7 +106,7 @@ class Scene:
         self._text = scene.add_label("/contact text", dark, visible=False, anchor="bottom-center")
         self._force_text = scene.add_label("/unit/force text", "force", visible=False, anchor="bottom-center")
         self._velocity_text = scene.add_label("/unit/velocity text", "velocity", visible=False, anchor="bottom-center")
-        self._string = scene.add_line_segments("/hand/string", _NOWHERE, (18, 146, 90), thickness=4.0)
+        self._string = scene.add_line_segments("/hand/string", _NOWHERE, (18, 146, 90), thickness=0.008)
         self._palm = scene.add_icosphere("/hand/palm", radius=0.025, color=(18, 146, 90), visible=False)
 
     def _draw_obstacle(self, setup: Setup, on_put: Callable[[Array], None] | None) -> None:
@@ -130,7 +133,7 @@ class Scene:
         """Draw where the tip is to go (k, 3) [m]."""
         if way_m is not None:
             pieces = np.stack([way_m[:-1], way_m[1:]], axis=1)
-            self._scene.add_line_segments("/way", pieces, (150, 170, 190), thickness=2.0)
+            self._scene.add_line_segments("/way", pieces, (150, 170, 190), thickness=0.004)
 
     def place(self, q: Array | None) -> None:
         """Show the arm at q (n,) [rad]."""

@@ -285,7 +285,7 @@ class _Follower:
         """Go on along the way that a hand has led last."""
         reactor, shop = self._session.reactor, self._shop
         if reactor is not None and shop is not None and reactor.taught:
-            self._plan = plan = keep(reactor.taught[-1], self._plan or shop.shop.plan)
+            self._plan = plan = keep(reactor.taught, self._plan or shop.shop.plan, shop.cell.robot, shop.shop.posture)
             self._way_m = _way(plan)
             self._session.ask(lambda sample: reactor.follow(plan, sample.t, sample.q))  # type: ignore[arg-type]
 

@@ -15,7 +15,7 @@ from tactful.live.sources._arm import find_arm
 
 Array = NDArray[np.float64]
 
-_HAND_M_S, _OBSTACLE_M_S = 1.0, 0.6
+_HAND_M_S, _OBSTACLE_M_S = 1.0, 0.3
 """How fast a hand and the obstacle follow the mouse, so that no force is a step."""
 _PAUSE_S = 0.01
 
