@@ -13,13 +13,14 @@ from tactful.errors import TactfulError
 from tactful.reaction._config import PositiveFloat
 from tactful.reaction._reactions import TaughtPath
 from tactful.reaction._reactor import Plan
+from tactful.reaction._trace import TRACE_STEP_S
 from tactful.robots import Robot
 
 Array = NDArray[np.float64]
 
-_STEP_S = 0.01
 _REST_M = 0.002
 _REST_S = 0.2
+_SMOOTH_S = 0.05
 _LEAST_BRIDGE_S = 0.3
 _PEAK = 1.875
 """Of the speed of a minimum-jerk motion, over its mean."""
@@ -50,7 +51,6 @@ def merge(
     robot: Robot,
     q: ArrayLike,
     *,
-    clear_s: float | None = None,
     impedance: ImpedanceConfig | None = None,
     config: TeachingConfig | None = None,
 ) -> MovementPrimitive:
@@ -58,7 +58,8 @@ def merge(
 
     The old plan is kept until `margin_s` before the first contact. From the point on it that is nearest to the
     demonstration a straight line leads over, and the demonstration replaces the rest. All of it is learnt as one
-    `MovementPrimitive`, which smooths the seams, and slowed down until no joint is too fast.
+    `MovementPrimitive`, which smooths the seams, and slowed down until no joint is too fast. Where the demonstration
+    leads, the new plan goes ahead of it by B / K times its velocity, by which a tip under impedance control lags.
 
     Source of the joining at the nearest points: M. Karlsson, A. Robertsson, R. Johansson, Autonomous Interpretation of
     Demonstrations for Modification of Dynamical Movement Primitives, ICRA 2017.
@@ -68,7 +69,6 @@ def merge(
         taught: where it was led, as `Reactor.taught` keeps it; paths without a return to the plan between them are one.
         robot: the arm; its joints' limits hold for the new plan.
         q: joint positions at the start of the plan (n,) [rad].
-        clear_s: time in the plan until which nothing was touched; by default, when the hand took over [s].
         impedance: under which the plan is executed.
         config: the settings.
 
@@ -86,15 +86,18 @@ def merge(
         )
     poses = [pose for path in led for pose in path.poses]
     resting = np.linalg.norm(positions - positions[-1], axis=1) > _REST_M
-    end = min(int(np.flatnonzero(resting)[-1]) + 1 + round(_REST_S / _STEP_S), len(poses))
+    end = min(int(np.flatnonzero(resting)[-1]) + 1 + round(_REST_S / TRACE_STEP_S), len(poses))
+    clear_s = led[0].clear_s
     until_s = led[0].plan_s if clear_s is None else min(clear_s, led[0].plan_s)
-    kept = [plan(t) for t in np.arange(0.0, max(until_s - config.margin_s, 0.0) + _STEP_S, _STEP_S).tolist()]
+    kept = [plan(t) for t in np.arange(0.0, max(until_s - config.margin_s, 0.0) + TRACE_STEP_S, TRACE_STEP_S).tolist()]
     here = np.array([pose.position_m for pose in kept])  # (m, 3)
     distance = np.linalg.norm(here[:, None] - positions[:end], axis=-1)  # (m, end)
     leave, enter = np.unravel_index(int(np.argmin(distance)), distance.shape)
-    parts = [*kept[: leave + 1], *_bridge(kept[leave], poses[enter], config.bridge_m_s), *poses[enter:end]]
-    primitive = MovementPrimitive(_STEP_S * np.arange(len(parts)), parts)
-    return _within_limits(primitive, robot, np.asarray(q, dtype=np.float64), impedance or ImpedanceConfig(), config)
+    impedance = impedance or ImpedanceConfig()
+    shown = _ahead(poses[enter:end], impedance)
+    parts = [*kept[: leave + 1], *_bridge(kept[leave], shown[0], config.bridge_m_s), *shown]
+    primitive = MovementPrimitive(TRACE_STEP_S * np.arange(len(parts)), parts)
+    return _within_limits(primitive, robot, np.asarray(q, dtype=np.float64), impedance, config)
 
 
 def _last_led(taught: Sequence[TaughtPath]) -> list[TaughtPath]:
@@ -108,7 +111,21 @@ def _bridge(start: Pose, end: Pose, speed_m_s: float) -> list[Pose]:
     way_m = float(np.linalg.norm(end.position_m - start.position_m))
     duration_s = max(_PEAK * way_m / speed_m_s, _LEAST_BRIDGE_S)
     path = MinimumJerkPath([(0.0, start), (duration_s, end)])
-    return [path.pose(t) for t in np.arange(_STEP_S, duration_s, _STEP_S).tolist()]
+    return [path.pose(t) for t in np.arange(TRACE_STEP_S, duration_s, TRACE_STEP_S).tolist()]
+
+
+def _ahead(poses: Sequence[Pose], impedance: ImpedanceConfig) -> list[Pose]:
+    """Return the reference under which the tip goes through poses that are 10 ms apart."""
+    from scipy.ndimage import gaussian_filter1d
+
+    position = np.array([pose.position_m for pose in poses])  # (N, 3)
+    if len(position) < 2 or not impedance.stiffness_n_m:
+        return list(poses)
+    lag_s = impedance.damping[0] / impedance.stiffness_n_m
+    velocity = gaussian_filter1d(np.gradient(position, TRACE_STEP_S, axis=0), _SMOOTH_S / TRACE_STEP_S, axis=0)
+    velocity[-1] = 0.0
+    led = zip(poses, position + lag_s * velocity, strict=True)
+    return [Pose(pose.rotation, ahead) for pose, ahead in led]
 
 
 def _within_limits(

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from tactful.control import ImpedanceConfig, MinimumJerkPath, Pose
 from tactful.monitor import ContactEvent
 from tactful.reaction._config import ReactionConfig, ReactionName
+from tactful.reaction._trace import TRACE_STEP_S
 
 Array = NDArray[np.float64]
-
-_TEACH_STEP_S = 0.01
 
 
 class Reaction(Protocol):
@@ -98,12 +97,14 @@ class TaughtPath:
     Attributes:
         t: times (N,) [s].
         poses: the N poses of the tip.
-        plan_s: time in the plan at which the hand took over [s].
+        plan_s: time in the plan at which the hand was recognised, and the plan stood still [s].
+        clear_s: time in the plan until which nothing was touched [s]; None where that is not known.
     """
 
     t: Array
     poses: tuple[Pose, ...]
     plan_s: float
+    clear_s: float | None = None
 
 
 class Teach(Comply):
@@ -129,13 +130,18 @@ class Teach(Comply):
     def notice(self, t: float, tip: Pose) -> None:
         """Follow the tip and remember it, every 10 ms."""
         super().notice(t, tip)
-        if not self._times or t - self._times[-1] >= _TEACH_STEP_S - 1e-9:
+        if not self._times or t - self._times[-1] >= TRACE_STEP_S - 1e-9:
             self._times.append(t)
             self._poses.append(tip)
 
-    def taught(self, plan_s: float) -> TaughtPath:
+    def remember(self, samples: list[tuple[float, Pose]]) -> None:
+        """Put before what was seen where the tip had been led already."""
+        self._times = [t for t, _ in samples] + self._times
+        self._poses = [tip for _, tip in samples] + self._poses
+
+    def taught(self, plan_s: float, clear_s: float | None = None) -> TaughtPath:
         """Return the way so far."""
-        return TaughtPath(np.array(self._times), tuple(self._poses), plan_s)
+        return TaughtPath(np.array(self._times), tuple(self._poses), plan_s, clear_s)
 
 
 def make(

@@ -12,6 +12,7 @@ from tactful.dynamics import Dynamics
 from tactful.monitor import ContactEvent
 from tactful.reaction._config import ReactionConfig, ReactionName
 from tactful.reaction._reactions import Reaction, Stop, TaughtPath, Teach, giving_way, make
+from tactful.reaction._trace import Trace
 from tactful.robots import Robot
 
 Array = NDArray[np.float64]
@@ -72,6 +73,7 @@ class Reactor:
         self._contact: int | None = None
         self._ended_s: float | None = None
         self._waits = False
+        self._trace = Trace()
 
     @property
     def reaction(self) -> ReactionName:
@@ -89,6 +91,8 @@ class Reactor:
             if event.id == self._contact:
                 self._ended_s = t
             return
+        if self._reaction is None:
+            self._trace.touch(event.onset_s, self._plan_s - (t - event.onset_s))
         name = self.config.choose(event)
         own = event.id == self._contact
         if name == "continue":
@@ -100,9 +104,13 @@ class Reactor:
             return
         if not own and self._reaction is not None and not self._reaction.gives_way:
             self._waits = self.config.resume_s is None  # an earlier contact stopped the arm: this one does not free it
+        led = isinstance(self._reaction, Teach)
         self._leave()
         self._contact = event.id
-        self._reaction = make(name, t, Pose(*self._dynamics.pose(q)), self._plan(self._plan_s), event, self.config)
+        tip = Pose(*self._dynamics.pose(q))
+        self._reaction = make(name, t, tip, self._plan(self._plan_s), event, self.config)
+        if isinstance(self._reaction, Teach) and not led:
+            self._reaction.remember(self._trace.led())
         self._way_back = None
 
     def torque(self, t: float, q: ArrayLike, dq: ArrayLike) -> Array:
@@ -119,6 +127,8 @@ class Reactor:
         step = 0.0 if self._t is None else min(max(t - self._t, 0.0), 0.1)
         if self._over(t):
             self._go_back(t, q)
+        if self._trace.due(t):
+            self._trace.note(t, Pose(*self._dynamics.pose(q)))
         reaction = self._reaction
         if reaction is None:
             wanted = self._moving.torque(q, dq, *self._reference(t, step))
@@ -141,7 +151,7 @@ class Reactor:
 
     def follow(self, plan: Plan, t: float, q: ArrayLike) -> None:
         """Go on with another plan, from the same time in it; the way there takes `config.return_s`."""
-        self._plan = plan
+        self._plan, self._trace = plan, Trace()
         if self._reaction is None:
             self._go_back(t, q)
 
@@ -173,7 +183,7 @@ class Reactor:
     def _leave(self) -> None:
         """Keep what the reaction that ends has learnt."""
         if isinstance(self._reaction, Teach):
-            taught = self._reaction.taught(self._plan_s)
+            taught = self._reaction.taught(self._plan_s, self._trace.clear_s)
             self.taught.append(taught)
             if self._merge is not None:
                 self._plan = self._merge(taught, self._plan)
