@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactful.calibration import Calibration, CalibrationError, calibrate
+from tactful.calibration import Calibration, CalibrationError, calibrate, cross_validate
 from tactful.calibration._columns import columns_of
 from tactful.calibration._fit import fit
 from tactful.calibration._motion import stretches_of
@@ -137,3 +137,50 @@ def test_real_clock_is_found(real: Calibration) -> None:
     """The host's stamps jitter by 15 %; position and velocity tell the robot's own millisecond."""
     assert real.config.observer.clock_s == 1e-3
     assert real.config.observer.velocity == "position"
+
+
+def _rest(channels: dict[str, int], rate_hz: float, *, touched: bool = False) -> Recording:
+    """An arm at rest, with what it estimates itself."""
+    rng = np.random.default_rng(5)
+    t = np.arange(0, 6.0, 1 / rate_hz)
+    values = {name: 0.1 + 0.05 * rng.normal(size=(len(t), width)) for name, width in channels.items()}
+    if touched:
+        for name in values:
+            values[name][(t > 3.0) & (t < 4.0)] += 3.0
+    if "tau_ext" in values:
+        values["q"] = np.tile(Robot.load("panda").home, (len(t), 1))
+    return Recording(t, values, source="rest.csv")
+
+
+@pytest.mark.parametrize(
+    ("channels", "config", "rate_hz"),
+    [({"wrench": 6}, MonitorConfig(), 80.0), ({"tau_ext": 7}, PANDA, 250.0)],
+    ids=["wrench at 80 Hz", "tau_ext at 250 Hz"],
+)
+def test_robots_own_estimate_is_calibrated(channels: dict[str, int], config: MonitorConfig, rate_hz: float) -> None:
+    """Many arms give no torque, at any rate; the monitor has to be quiet at rest, and find a touch, with the result."""
+    found = calibrate([_rest(channels, rate_hz)], config)
+    assert found.fit is None
+    assert found.config.source == next(iter(channels))
+    assert found.after_nm == pytest.approx(np.full(next(iter(channels.values())), 0.05), rel=0.2)
+    assert "the noise of motion is not in the thresholds" in found.not_excited[0]
+    assert len(Monitor(config=found.config).run(_rest(channels, rate_hz))) == 0
+    (event,) = Monitor(config=found.config).run(_rest(channels, rate_hz, touched=True))
+    assert event.onset_s == pytest.approx(3.0, abs=0.1)
+    with pytest.raises(CalibrationError, match=r"something touches the arm from 3\.\d\d to 4\.\d\d s"):
+        calibrate([_rest(channels, rate_hz, touched=True)], config)
+
+
+def test_cross_validation_needs_a_rest() -> None:
+    """What was calibrated from cannot test the calibration."""
+    with pytest.raises(TactfulError, match="too short to calibrate from 8 s and test"):
+        next(cross_validate(motion(), PANDA, window_s=8.0))
+
+
+def test_few_seconds_of_a_real_arm_hold_for_the_others() -> None:
+    """Its second half has a reversal that the first has not seen, and the other way round."""
+    recording = Recording.read(require_shared_data() / "panda_free_motion" / "exciting_first_10s.csv")
+    for split in cross_validate(recording, PANDA, window_s=5.0, step_s=5.0):
+        assert not split.false_alarms_s
+        assert split.highest_level < 0.9
+        assert np.mean(split.after_nm / split.before_nm) < 0.3

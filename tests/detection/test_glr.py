@@ -126,3 +126,33 @@ def test_a_joint_that_has_just_reversed_is_trusted_less() -> None:
             _glr.step(glr, np.array([speed]), False)
         levels.append(float(glr["level"][0]))
     assert levels[1] < 0.2 * levels[0]
+
+
+def test_errors_that_come_together_count_once() -> None:
+    """A wrong inertia shows in several joints at a time: what follows the correlation is less of a sign of contact."""
+    levels = []
+    for correlation in ((), ((1.0, 0.9), (0.9, 1.0))):
+        noise = NoiseConfig(velocity_rad_s=0.0, torque_nm=0.0, model_nm=0.2, correlation=correlation)
+        config = FastConfig(windows_s=(0.02,), threshold=1.0)
+        glr = glr_record(config, noise, np.ones(2), RATE_HZ)[0]
+        glr["drift_gain"] = 0.0
+        for _ in range(40):
+            glr["x"] = 1.0
+            _glr.step(glr, np.zeros(2), False)
+        levels.append(float(glr["level"][0]))
+    assert levels == pytest.approx([5 * np.sqrt(2), 5 * np.sqrt(2 / 1.9)])
+
+
+@pytest.mark.parametrize(
+    ("correlation", "text"),
+    [
+        (((1.0, 0.5),), "has 1 rows; give 2 of 2 numbers"),
+        (((1.0, 0.5), (0.2, 1.0)), "is none"),
+        (((1.0, 1.0), (1.0, 1.0)), "is none"),
+    ],
+)
+def test_a_correlation_that_is_none_is_refused(correlation: tuple[tuple[float, ...], ...], text: str) -> None:
+    """A covariance without a root would make every statistic meaningless."""
+    with pytest.raises(ConfigError, match=text) as error:
+        NoiseConfig(correlation=correlation).correlations(2)
+    assert "\n" not in str(error.value)

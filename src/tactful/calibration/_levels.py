@@ -46,6 +46,8 @@ class Free(Protocol):
 
 _PEAKS = 16
 """Spans that a short recording is at least divided into: half of their peaks tell the tail."""
+_UNSEEN_S = 1.5
+"""Time over which motion sees one pose and speed, and nothing of the others [s]."""
 _NEVER = 1e9
 """A threshold that nothing reaches."""
 
@@ -54,6 +56,8 @@ def glr_thresholds(parts: Sequence[Free], config: MonitorConfig, false_alarms_pe
     """Return a threshold for each window of the fast detector; together they alarm at the stated rate.
 
     None is below that of noise as it is modelled, of a chi distribution: lower levels in a short recording are luck.
+    And few seconds see few poses, where the error of the model may be smaller than elsewhere: the variance is taken to
+    be 1 + 1.5 s / T times as large after a time T.
 
     Args:
         parts: free motion that the arms were not calibrated to.
@@ -70,7 +74,8 @@ def glr_thresholds(parts: Sequence[Free], config: MonitorConfig, false_alarms_pe
         rate = false_alarms_per_hour / len(set(lengths))
         threshold = _threshold(_NEVER * level, config.rate_hz, rate, windows_s[-1])
         least = math.sqrt(chi2.isf(rate / 3600 * length / config.rate_hz, channels))
-        levels = {key: max(least, getattr(threshold, key)) for key in ("low", "value", "high")}
+        unseen = math.sqrt(1 + _UNSEEN_S * config.rate_hz / len(level))
+        levels = {key: unseen * max(least, getattr(threshold, key)) for key in ("low", "value", "high")}
         found[length] = replace(threshold, **levels)
     return tuple(found[length] for length in lengths)
 

@@ -28,8 +28,10 @@ _ROWS = 20_000
 """Rows that the error of the model is fitted to at most."""
 _STEADY = 0.7
 """Share of the noise that is there at any speed, at least: few seconds see few poses, and none of the worst."""
-_FRICTION = {"link": (0.4, 0.0), "motor": (0.1, 1.0)}
+_FRICTION = {"link": (0.3, 0.0), "motor": (0.1, 1.0)}
 """Share of the Coulomb friction that is not sure, always and after a reversal: a gear at rest may bear all of it."""
+_TOLD = 0.5
+"""Share of the correlation that was found that is believed."""
 _OUTLIER = 4.0
 
 
@@ -105,12 +107,12 @@ def noise_of(parts: Sequence[FreeTorque], fast: FastConfig, rate_hz: float) -> N
     The fast detector looks at y = \sum_j c_j tau_ext,j less a slow drift, over windows of several lengths, and takes
     its variance for
 
-        V_ii = a \sum_j M_ij^2 sigma_dq,j^2 + b sigma_tau,i^2 + sigma_m,i^2 + (sigma_mv,i dq_i)^2 + (sigma_r,i z_i)^2,
+        V_ii = a \sum_j M_ij^2 sigma_dq,j^2 + b sigma_tau,i^2 + sigma_m,i^2 + (sigma_mv,i dq_i)^2 + (sigma_r,i z_i)^2
 
-    where z is the change of the friction, see `detection._glr.step`. The first two are found from y of all windows
-    together, by non-negative least squares with relative weights; the error of the model from y^2 of the longest one,
-    by the same with the weights of the variance that was found. A short recording has not seen the worst of the model:
-    at any speed, sigma_m is at least a share of the noise, and of the friction.
+    and the correlation of y that is left; z is the change of the friction, see `detection._glr.step`. The first two are
+    found from y of all windows together, by non-negative least squares with relative weights; the error of the model
+    from y^2 of the longest one, by the same with the weights of the variance that was found. A short recording has not
+    seen the worst of the model: at any speed, sigma_m is at least a share of the noise, and of the friction.
 
     Args:
         parts: motion that the arms were not calibrated to.
@@ -144,12 +146,15 @@ def noise_of(parts: Sequence[FreeTorque], fast: FastConfig, rate_hz: float) -> N
     error = _variances(np.minimum(longest**2, (_OUTLIER * size) ** 2), np.stack(causes, axis=-1), size)  # (m, 3)
     friction = np.mean([part.friction for part in parts], axis=0)  # (2, m)
     steady = np.maximum(error[:, 0] - known, (_STEADY * size) ** 2) + friction[0] ** 2
+    reversal = error[:, 2] + friction[1] ** 2
+    spread = np.sqrt(known + causes[0] * steady + causes[1] * error[:, 1] + causes[2] * reversal)  # (k, m)
     return NoiseConfig(
         velocity_rad_s=_roots(velocity),
         torque_nm=_roots(torque),
         model_nm=_roots(steady),
         model_nms=_roots(error[:, 1]),
-        reversal_nm=_roots(error[:, 2] + friction[1] ** 2),
+        reversal_nm=_roots(reversal),
+        correlation=_correlation(longest / spread),
     )
 
 
@@ -182,6 +187,15 @@ def _variances(squares: Array, causes: Array, size: Array) -> Array:
             found[i], _ = nnls(causes[:, i] * weight[:, None], squares[:, i] * weight)
             weight = 1 / np.maximum(causes[:, i] @ found[i], (0.2 * size[i]) ** 2)
     return found
+
+
+def _correlation(x: Array) -> tuple[tuple[float, ...], ...]:
+    """Return the correlation of the columns of x (k, m), half way to none: few seconds do not tell it well."""
+    clipped = np.clip(x, -_OUTLIER, _OUTLIER)
+    power = clipped.T @ clipped
+    size = np.sqrt(np.diag(power))
+    R = _TOLD * power / np.outer(size, size) + (1 - _TOLD) * np.eye(len(size))
+    return tuple(tuple(float(f"{value:.4g}") for value in row) for row in R)
 
 
 def _robust_std(y: Array) -> Array:

@@ -9,6 +9,8 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from tactful.calibration import Calibration, Fit
+    from tactful.monitor import MonitorConfig
+    from tactful.recordings import Recording
 
 
 def calibrate(
@@ -22,6 +24,7 @@ def calibrate(
     mapping: Path | None = None,
     payload: tuple[float, float, float, float] | None = None,
     false_alarms_per_hour: float = 0.125,
+    cross_validate: float | None = None,
 ) -> None:
     """Calibrate a monitor from motion of the arm in which nothing touches it.
 
@@ -39,6 +42,8 @@ def calibrate(
         mapping: What the columns of the recordings mean, a TOML file.
         payload: Mass [kg] and centre of mass in the tip frame [m, m, m] of the payload. Found by default.
         false_alarms_per_hour: What the thresholds are for; by default one in 8 hours.
+        cross_validate: Also calibrate from each window of so many seconds, a second apart, and say what the result does
+            in the rest of its recording.
     """
     from tactful.calibration import calibrate as find
     from tactful.errors import TactfulError
@@ -56,6 +61,35 @@ def calibrate(
         found = find(recordings, settings, payload=known, false_alarms_per_hour=false_alarms_per_hour)
     found.save(output)
     _report(found, output)
+    if cross_validate is not None:
+        _cross_validate(recordings, settings, cross_validate)
+
+
+def _cross_validate(recordings: "list[Recording]", settings: "MonitorConfig", window_s: float) -> None:
+    from tactful.calibration import cross_validate
+
+    console = Console(highlight=False)
+    table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
+    for heading in (
+        "calibrated from [s]",
+        "residual in the rest, of the nominal arm's",
+        "mean",
+        "false alarms",
+        "level",
+    ):
+        table.add_column(heading, justify="left" if heading == "calibrated from [s]" else "right")
+    for recording in recordings:
+        for split in cross_validate(recording, settings, window_s=window_s):
+            ratio = split.after_nm / split.before_nm
+            table.add_row(
+                f"{split.start_s:.1f}-{split.end_s:.1f}",
+                " / ".join(f"{value:.2f}" for value in ratio),
+                f"{ratio.mean():.2f}",
+                f"{len(split.false_alarms_s)} in {split.monitored_s:.1f} s",
+                f"{split.highest_level:.2f}",
+            )
+    console.print(table)
+    console.print("level: the highest in the rest, over its threshold", style="dim")
 
 
 def _report(found: "Calibration", output: Path) -> None:

@@ -55,6 +55,25 @@ class NoiseConfig(Config):
     reversal_nm: NonNegativeFloat | tuple[NonNegativeFloat, ...] = 0.0
     """What a joint that has just reversed adds to it, in squares: its friction changes, and no model of it is exact [Nm
     for each unit by which the friction, from -1 to 1, differs from its slow mean]."""
+    correlation: tuple[tuple[Annotated[float, Field(ge=-1, le=1)], ...], ...] = ()
+    """Correlation of the error of the model between the joints, a row each; none: they are independent."""
+
+    def correlations(self, n: int) -> NDArray[np.float64]:
+        """Return the correlation of the error between n joints (n, n).
+
+        Raises:
+            ConfigError: if it is not that of n joints: symmetric, 1 with itself, positive definite.
+        """
+        if not self.correlation:
+            return np.eye(n)
+        if [len(row) for row in self.correlation] != [n] * n:
+            raise ConfigError("noise", "correlation", f"has {len(self.correlation)} rows; give {n} of {n} numbers")
+        R = np.array(self.correlation)
+        if not (np.allclose(R, R.T) and np.allclose(np.diag(R), 1) and np.linalg.eigvalsh(R)[0] > 0):
+            raise ConfigError(
+                "noise", "correlation", "is none: it is symmetric, positive definite and 1 on its diagonal"
+            )
+        return R
 
     def resolved(self, key: str, scale_nm: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return one number for each joint; `scale_nm` (n,) is what a share is of.

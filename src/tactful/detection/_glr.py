@@ -29,6 +29,8 @@ def glr_dtype(n: int, longest: int) -> np.dtype[np.void]:
             ("model_std", "f8", (n,)),
             ("model_speed", "f8", (n,)),
             ("model_reversal", "f8", (n,)),
+            ("correlation", "f8", (n, n)),  # of the error of the model
+            ("error", "f8", (n,)),  # its standard deviation now
             ("friction", "f8", (n,)),  # of each joint, -1 to 1, from its speed
             ("slow_friction", "f8", (n,)),
             ("windows", "i8"),
@@ -90,6 +92,7 @@ def glr_record(config: FastConfig, noise: NoiseConfig, scale_nm: Array, rate_hz:
     glr["model_std"] = noise.resolved("model_nm", scale_nm)
     glr["model_speed"] = noise.resolved("model_nms", scale_nm)
     glr["model_reversal"] = noise.resolved("reversal_nm", scale_nm)
+    glr["correlation"] = noise.correlations(n)
     glr["windows"] = len(windows)
     glr["known_gain"] = min(1.0, 1 / (config.drift_s * rate_hz))
     glr["drift_gain"] = min(1.0, 1 / (config.drift_s * rate_hz))
@@ -158,15 +161,16 @@ def take_momentum(glr: Any, arm: Any, motion: Any, observer: Any, dt: float) -> 
 @njit(cache=True)
 def _factorize(glr: Any, w: int, dq: Array) -> None:
     """Set L of window w, with the reciprocal of its diagonal."""
-    L = glr.L[w]
+    L, error = glr.L[w], glr.error
     a, b = glr.velocity_share[w], glr.torque_share[w]
     for i in range(L.shape[0]):
+        speed = glr.model_speed[i] * dq[i]
+        reversal = glr.model_reversal[i] * (glr.friction[i] - glr.slow_friction[i])
+        error[i] = np.sqrt(glr.model_std[i] ** 2 + speed * speed + reversal * reversal)
         for j in range(i + 1):
-            entry = a * glr.MDM[i, j]
+            entry = a * glr.MDM[i, j] + error[i] * error[j] * glr.correlation[i, j]
             if i == j:
-                speed = glr.model_speed[i] * dq[i]
-                reversal = glr.model_reversal[i] * (glr.friction[i] - glr.slow_friction[i])
-                entry += b * glr.torque_variance[i] + glr.model_std[i] ** 2 + speed * speed + reversal * reversal
+                entry += b * glr.torque_variance[i]
             for k in range(j):
                 entry -= L[i, k] * L[j, k]
             L[i, j] = 1.0 / np.sqrt(max(entry, 1e-300)) if i == j else entry * L[j, j]
@@ -180,13 +184,15 @@ def step(glr: Any, dq: Array, in_contact: bool) -> None:
     drift and its covariance under the hypothesis of no contact are
 
         y = sum_j c_j tau_ext,j - drift,
-        V = a M diag(sigma_dq^2) M + b diag(sigma_tau^2) + diag(sigma_m^2 + (sigma_mv dq)^2 + (sigma_r (z - zs))^2),
+        V = a M diag(sigma_dq^2) M + b diag(sigma_tau^2) + diag(e) R diag(e),
+        e^2 = sigma_m^2 + (sigma_mv dq)^2 + (sigma_r (z - zs))^2,
 
     with a = sum (dc)^2 / h^2 and b = sum c^2: noise of the measured velocity through the momentum M dq, noise of the
-    measured torque, and the error of the model, which is larger in motion, and after a reversal: z = dq / (|dq| + 0.03)
-    is how much of the friction is taken up, zs its mean over the time of the drift. The statistic T = sqrt(y^T V^-1 y)
-    is the root of twice the logarithm of the generalized likelihood ratio of any constant torque against none; without
-    contact it is chi-distributed with n degrees of freedom. The level is the largest T over its threshold.
+    measured torque, and the error e of the model with the correlation R. It is larger in motion, and after a reversal:
+    z = dq / (|dq| + 0.03) is how much of the friction is taken up, zs its mean over the time of the drift. The
+    statistic T = sqrt(y^T V^-1 y) is the root of twice the logarithm of the generalized likelihood ratio of any
+    constant torque against none; without contact it is chi-distributed with n degrees of freedom. The level is the
+    largest T over its threshold.
 
     During a collision its torque k is known but for its size, since the arm may press harder. T then counts what is
     across it only, T^2 = y^T V^-1 y - (k^T V^-1 y)^2 / (k^T V^-1 k), as the paper looks away from the directions of a
