@@ -59,27 +59,13 @@ class Calibration:
     not_excited: tuple[str, ...]
     duration_s: float
 
-    def to_toml(self) -> str:
-        """Return the configuration as TOML, which `MonitorConfig.load` reads."""
-        import tomli_w
-
-        return tomli_w.dumps(self.config.model_dump(mode="json", exclude_defaults=True, exclude_none=True))
-
     def save(self, path: str | Path) -> None:
-        """Write the configuration to a TOML file.
+        """Write the configuration to a TOML file, which `MonitorConfig.load` reads.
 
         Raises:
-            TactfulError: if it cannot be written.
+            ConfigError: if it cannot be written.
         """
-        file = Path(path)
-        partial = file.with_name(file.name + ".partial")
-        try:
-            partial.write_text(self.to_toml(), encoding="utf-8")
-            partial.replace(file)
-        except OSError as error:
-            raise TactfulError(f"{file}: cannot be written: {error.strerror or error}") from None
-        finally:
-            partial.unlink(missing_ok=True)
+        self.config.save(path)
 
 
 def calibrate(
