@@ -95,7 +95,8 @@ def workshop(rng: np.random.Generator, *, sensors: SensorConfig | None = None) -
     aside = in_the_way + np.array([0.30, 0.0, 0.0])
     hands = tuple(Drag(link=name, strength_n=50.0) for name in robot.link_names)
     box = Box(name=OBSTACLE, centre_m=tuple(aside), size_m=OBSTACLE_SIZE_M, movable=True)
-    cell = WorkCell(robot, [box], hands=hands, sensors=sensors, q=_START, rng=rng, keep=False)
+    arm_rng = np.random.default_rng(0)  # always the same arm
+    cell = WorkCell(robot, [box], hands=hands, sensors=sensors, q=_START, rng=rng, arm_rng=arm_rng, keep=False)
     return Workshop(
         cell=cell, plan=Rounds(path), posture=_START.copy(), hands=hands, in_the_way_m=in_the_way, aside_m=aside
     )

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 _HAND_M_S, _OBSTACLE_M_S = 1.0, 0.3
 """How fast a hand and the obstacle follow the mouse, so that no force is a step."""
 _PAUSE_S = 0.01
+SENSORS = "clean"
+"""The preset of sensors of the arm in the workshop."""
 
 
 class WorkshopSource(Source):
@@ -42,7 +44,7 @@ class WorkshopSource(Source):
         from tactful.simulation import SensorConfig, workshop
 
         seed = int(self.name.partition(":")[2] or 0)
-        self.shop = workshop(np.random.default_rng(seed), sensors=SensorConfig.preset("clean"))
+        self.shop = workshop(np.random.default_rng(seed), sensors=SensorConfig.preset(SENSORS))
         self.cell = self.shop.cell
         self.rate_hz = 1 / self.cell.config.period_s
         self.obstacle_m = self.shop.aside_m.copy()

@@ -1,0 +1,97 @@
+"""The page in a real browser: it shows what the monitor tells, and what is done there reaches the arm."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+
+from tactful import Monitor, MonitorConfig, Recording
+from tactful.live import read_log
+from tactful.simulation import workshop
+from tests.live.view._browser import Window, served, window
+
+pytestmark = [pytest.mark.live, pytest.mark.timeout(1500)]
+
+SPEED = 0.2
+"""Of robot time: a browser without a graphics card draws a few frames a second, and the mouse has to hit the arm."""
+
+
+def drag_along(shown: Window) -> None:
+    """Take hold of the wrist while it goes along +y, and draw it further that way."""
+    plan = workshop(np.random.default_rng(0)).plan
+    while True:
+        t = float(re.search(r"([\d.]+) s · the arm", shown.page.content()).group(1))  # type: ignore[union-attr]
+        if 0.8 < t % 7.0 < 1.6:
+            break
+        time.sleep(0.05)
+    wrist = plan(t + 0.1).position_m + np.array([0.0, 0.0, 0.14])
+    mouse = shown.page.mouse
+    mouse.move(*shown.pixel(wrist))
+    mouse.down()
+    mouse.move(*shown.pixel(wrist + [0.0, 0.05, 0.0]), steps=2)
+    mouse.move(*shown.pixel(wrist + [0.0, 0.25, 0.0]), steps=6)
+    shown.contact("cooperation").wait_for()
+    time.sleep(3.0)
+    shown.shot("drag")
+    mouse.up()
+
+
+def test_touch_record_and_replay(tmp_path: Path) -> None:
+    """A hand by mouse is told as cooperation, the obstacle as collision, and a recording tells both again."""
+    with window(tmp_path) as shown:
+        with served("--source", "sim", "--speed", str(SPEED), folder=tmp_path) as (process, address):
+            shown.open(address)
+            shown.page.get_by_role("button", name="Record").click()
+            shown.page.get_by_role("button", name="Stop recording").wait_for()
+            shown.page.get_by_text(re.compile(r"s · the arm goes on")).wait_for()
+            drag_along(shown)
+            shown.page.get_by_text(re.compile(r"s · the arm goes on")).wait_for()
+            shown.tab("Touch")
+            shown.press("Put it in the way")
+            shown.tab("Contacts")
+            shown.contact("collision").wait_for()
+            shown.contact("collision").click()
+            evidence = shown.page.locator("[data-tactful=evidence]")
+            assert "against the motion" in evidence.inner_text()
+            assert re.search(r"p = [01]\.\d\d", evidence.inner_text())
+            shown.shot("collision")
+            shown.page.get_by_role("button", name="Stop recording").click()
+            shown.page.get_by_role("button", name="Record").wait_for()
+            assert process.poll() is None
+        assert shown.errors == []
+        assert {urlsplit(url.removeprefix("blob:")).hostname for url in shown.requests} == {"127.0.0.1"}
+
+        (path,) = tmp_path.glob("tactful-*.parquet")
+        log = read_log(path)
+        told = {event["id"]: (event["kind"], event["onset_s"]) for event in log["events"]}
+        assert {"cooperation", "collision"} <= {kind for kind, _ in told.values()}
+        lines = [json.loads(line) for line in (tmp_path / "events.jsonl").read_text().splitlines()]
+        assert [event["onset_s"] for event in log["events"]] == [line["onset_s"] for line in lines[: len(log["events"])]]
+        config = MonitorConfig(**log["config"])
+        again = Monitor(config=config.model_copy(update={"robot": config.robot.model_copy(update={"model": "panda"})}))
+        timeline = again.run(Recording.read(path))
+        assert [(event.kind, event.onset_s) for event in timeline] == list(told.values())
+
+        with served("--source", f"replay:{path}", folder=tmp_path) as (_, address):
+            shown.open(address)
+            shown.tab("Recording")
+            shown.press("Pause")
+            slider = shown.page.get_by_role("slider").first
+            slider.press("End")
+            shown.tab("Contacts")
+            shown.contact("cooperation").click()
+            assert "cooperation" in shown.page.locator("[data-tactful=evidence]").inner_text()
+            shown.shot("replay")
+            last = max(onset for _, onset in told.values())
+            shown.tab("Recording")
+            shown.page.get_by_role("slider").first.press("End")
+            shown.tab("Contacts")
+            shown.page.get_by_role("button", name=re.compile(rf"{last:.2f} s")).wait_for()
+            assert len(shown.contacts()) == min(len(told), 6)
+        assert shown.errors == []
