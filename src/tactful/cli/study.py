@@ -10,6 +10,7 @@ from cyclopts import App
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:
     from tactful.robots import Robot
@@ -107,6 +108,62 @@ def reactions(*, samples: int = 40, seed: int = 0, jobs: int = 2, out: Path) -> 
     with _progress("compiling the kernels, if need be, and running into posts") as (console, progress):
         summary = reactions_study(out, samples=samples, seed=seed, jobs=jobs, progress=progress)
     _print(f"panda, {summary['collisions']} simulated collisions", summary)
+    console.print(f"[dim]saved {out}[/dim]", soft_wrap=True)
+
+
+@study.command
+def kinesthetic(*, episodes: int = 180, seed: int = 0, jobs: int = 2, scheduler: str | None = None, out: Path) -> None:
+    """Repeat the experiment of the kinesthetic paper: which contacts are told as collision, and which as help.
+
+    Simulates episodes of a Panda that is to insert a peg, with collisions and people who help, and runs the paper's
+    monitor and the fast one with a learned classifier over them. Writes report.html, summary.json, tables.md and
+    figures. A call that was interrupted is gone on with by the next one with the same folder.
+
+    Args:
+        episodes: Episodes of the evaluation; the sets for tuning, training and false alarms follow.
+        seed: What everything is drawn from.
+        jobs: Number of processes, where there is no scheduler.
+        scheduler: Address of a Dask scheduler whose workers see the folder, as tcp://localhost:8786.
+        out: Folder for the results.
+    """
+    from tactful.studies.kinesthetic import kinesthetic_study
+
+    with _progress("compiling the kernels, if need be, and simulating episodes") as (console, progress):
+        summary = kinesthetic_study(
+            out, episodes=episodes, seed=seed, jobs=jobs, scheduler=scheduler, progress=progress
+        )
+    _print(f"panda with a peg, {summary['best']['contacts']} simulated contacts", summary)
+    console.print(f"[dim]saved {out / 'report.html'}[/dim]", soft_wrap=True)
+
+
+@study.command
+def teaching(*, seeds: int = 60, seed: int = 0, jobs: int = 2, classifier: Path | None = None, out: Path) -> None:
+    """Measure how often an arm inserts its peg before and after one correction by hand.
+
+    References that fail are executed; the monitor tells the collision and the hand that helps, online; what the hand
+    shows is merged into the reference, and the next execution gets no help. With clean sensors and with those of a
+    real Panda; the monitors are calibrated first, on free motion of the same simulated arm. Writes summary.json,
+    tables.md and figures.
+
+    Args:
+        seeds: Executions to try, with each preset of the sensors.
+        seed: What everything is drawn from.
+        jobs: Number of processes.
+        classifier: A model of `tactful train` that tells the kinds of contacts; without, the rules do.
+        out: Folder for the results.
+    """
+    from tactful.studies.teaching import teaching_study
+
+    with _progress("calibrating the monitors, and teaching") as (console, progress):
+        summary = teaching_study(out, seeds=seeds, seed=seed, jobs=jobs, classifier=classifier, progress=progress)
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for heading in ("sensors", "peg inserted before", "after one correction"):
+        table.add_column(heading)
+    for sensors, figures in summary["presets"].items():
+        shares = (figures["all"][key] for key in ("before", "after"))
+        cells = (f"{100 * s['value']:.0f} % [{100 * s['low']:.0f}, {100 * s['high']:.0f}]" for s in shares)
+        table.add_row(sensors, *(Text(cell) for cell in cells))
+    Console(highlight=False).print(table)
     console.print(f"[dim]saved {out}[/dim]", soft_wrap=True)
 
 

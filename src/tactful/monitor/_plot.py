@@ -8,50 +8,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactful._plotting import KIND_COLOURS, STYLE, matplotlib
 from tactful.detection import AXES, thresholds
 from tactful.errors import TactfulError
 
 if TYPE_CHECKING:
     from tactful.monitor._timeline import Timeline
 
-KIND_COLOURS = {
-    "contact": "#8a8f98",
-    "collision": "#d1495b",
-    "cooperation": "#3a9d6e",
-    "expected_impact": "#2e74b5",
-    "unexpected_impact": "#b5489d",
-}
 _AXIS_COLOURS = ("#c0392b", "#2c7a4b", "#2456a6")
 _COLUMNS = 4000
-_STYLE: Any = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e8eb",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "axes.edgecolor": "#9aa0a6",
-    "xtick.color": "#5f6368",
-    "ytick.color": "#5f6368",
-    "svg.fonttype": "none",
-}
 
 
 def draw(timeline: Timeline, path: str | Path | None) -> Any:
     """Draw a timeline, see `Timeline.plot`."""
     if timeline.trace is None:
         raise TactfulError("the timeline has no trace to plot: run the monitor with trace=True")
-    try:
-        import matplotlib as mpl
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise TactfulError('plotting needs matplotlib: pip install "tactful[plot]"') from None
+    mpl = matplotlib()
     trace = timeline.trace[np.isfinite(timeline.trace["t"])]
     if not len(trace):
         raise TactfulError(f"{timeline.source}: no sample was good enough to plot")
-    with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(10, 5.6), layout="constrained")
+    with mpl.rc_context(STYLE):
+        figure = mpl.figure.Figure(figsize=(10, 5.6), layout="constrained")
         strip, force, level = figure.subplots(3, 1, sharex=True, height_ratios=(0.8, 3, 2.2))
         start = float(trace["t"][0])
         t = trace["t"] - start

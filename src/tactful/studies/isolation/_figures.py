@@ -7,19 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from tactful.errors import TactfulError
+from tactful._plotting import STYLE, matplotlib
 from tactful.studies.isolation._summary import METHODS, Figures
 
-_STYLE: Any = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e8eb",
-    "axes.axisbelow": True,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "tactful",
-}
 _COLOURS = ("#8a8f98", "#b58b3b", "#2e74b5")
 
 
@@ -29,19 +19,15 @@ def pictures(summary: Figures, folder: Path) -> list[Path]:
     Raises:
         TactfulError: if matplotlib is missing.
     """
-    try:
-        import matplotlib as mpl
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise TactfulError('the figures need matplotlib: pip install "tactful[plot]"') from None
+    mpl = matplotlib()
     files = []
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         for name, draw, size in (
             ("links", _links, (9, 3.6)),
             ("calibration", _calibration, (4, 3.6)),
             ("motion", _motion, (5, 3.6)),
         ):
-            figure = Figure(figsize=size, layout="constrained")
+            figure = mpl.figure.Figure(figsize=size, layout="constrained")
             draw(summary, figure)
             figure.suptitle(f"{summary['robot']}, simulated contacts", fontsize=9, color="#5f6368")
             files.append(folder / f"{name}.svg")
