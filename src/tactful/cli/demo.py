@@ -2,6 +2,7 @@
 
 import shlex
 import time
+from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,79 +14,81 @@ from tactful.cli.monitor import KIND_STYLES
 from tactful.errors import TactfulError
 
 if TYPE_CHECKING:
-    from tactful.monitor import ContactEvent, Monitor, MonitorConfig
+    from tactful.monitor import ContactEvent, MonitorConfig
     from tactful.recordings import Recording
-    from tactful.simulation import Episode, TrueContact
+    from tactful.simulation import Execution, TrueContact
 
-_SETTINGS = """\
-# What the simulated arm is uncertain of; `tactful calibrate` measures it on a real one.
-robot.model = "panda"
-
-[noise]
-velocity_rad_s = 0.001
-torque_nm = 0.05
-model_nm = 0.2
-"""
 _EARLY_S = 0.05
 """How much earlier than the touch a detection may come that still belongs to it [s]."""
 
 
 def demo(*, out: Path = Path("tactful-demo"), seed: int = 0) -> int:
-    """Monitor a simulated arm while it runs into a post and a hand helps it round.
+    """Monitor a simulated arm while it runs into a box, while a hand helps it, and while it does what it was shown.
 
-    A Panda under compliant control moves in MuJoCo; the monitor gets its joint positions, velocities and torques one
-    sample at a time. What it said stands beside the truth at the end. Needs tactful[mujoco].
+    A Panda with a peg under compliant control moves in MuJoCo; the monitor gets its joint positions, velocities and
+    torques one sample at a time, and tells the arm what touches it. What it said stands beside the truth at the end.
+    Needs tactful[mujoco,teach].
 
     Args:
-        out: The folder for the recording and the picture.
-        seed: Where the post stands, how the hand pushes, and the noise of the sensors.
+        out: The folder for the recordings and the picture.
+        seed: Where box and arm stand, how the hand leads, and the noise of the sensors.
 
     Returns:
-        0, or 1 if samples had to be skipped.
+        0, or 1 if samples had to be skipped or the peg was not inserted.
     """
-    import numpy as np
-
     from tactful.monitor import Monitor, MonitorConfig
-    from tactful.simulation import collision_and_help
+    from tactful.reaction import merge
+    from tactful.simulation import EpisodeSpec, Lesson
 
     if seed < 0:
         raise TactfulError(f"--seed is {seed}: it is a whole number from 0 on")
     out.mkdir(parents=True, exist_ok=True)
     console = Console(highlight=False)
-    with console.status("building the cell; the first time ever, kernels are compiled for about 20 s"):
-        episode = collision_and_help(np.random.default_rng(seed))
+    with console.status("building the cell; the first time ever, kernels are compiled for about 30 s"):
+        lesson = Lesson(
+            EpisodeSpec(kind="collision_then_cooperation", trajectory="side", operator="leading", seed=seed)
+        )
         settings = out / "monitor.toml"
-        settings.write_text(_SETTINGS, encoding="utf-8")
-        watch = Monitor(episode.cell.robot, MonitorConfig.load(settings))
-        watch.warm_up()
-        episode.controller.warm_up()
+        settings.write_bytes((resources.files("tactful.simulation") / "presets" / "clean-monitor.toml").read_bytes())
+        config = MonitorConfig.load(settings)
+        watches = [Monitor(config=config) for _ in range(2)]
+        watches[0].warm_up()
+        lesson.warm_up()
     begin = time.perf_counter()
-    events = _watch(episode, watch, console)
-    took = time.perf_counter() - begin
-    rate = 1 / episode.cell.config.period_s
-    console.print(
-        f"[dim]{episode.duration_s:g} s of the arm at {rate:g} Hz, simulated and monitored in {took:.1f} s[/dim]\n"
-    )
-    console.print(_table(events, episode))
-    _show_files(episode.cell.recording(), out, watch.config, console)
-    return int(watch.health.degraded)
-
-
-def _watch(episode: "Episode", watch: "Monitor", console: Console) -> list["ContactEvent"]:
-    """Monitor the episode while it runs, tell what happens when it does, and return every contact as known last."""
+    console.print("An arm is to insert a peg; its reference leads against the side of the box, until a hand helps.")
     latest: dict[int, ContactEvent] = {}
-    for t, q, dq, tau in episode.run():
-        event = watch.update(t, q, dq, tau)
-        if event is not None:
-            why = "" if event.phase == "ended" else _why(event, latest.get(event.id))
-            latest[event.id] = event
-            console.print(
-                f"[dim]{t:6.3f} s[/dim]",
-                Text(f"{event.kind} {event.phase}".replace("_", " ").ljust(19), style=KIND_STYLES[event.kind]),
-                f"[dim]{why}[/dim]",
-                soft_wrap=True,
-            )
-    return list(latest.values())
+
+    def show(event: "ContactEvent") -> None:
+        why = "" if event.phase == "ended" else _why(event, latest.get(event.id))
+        latest[event.id] = event
+        console.print(
+            f"[dim]{event.end_s if event.phase == 'ended' and event.end_s else event.detected_s:6.3f} s[/dim]",
+            Text(f"{event.kind} {event.phase}".replace("_", " ").ljust(19), style=KIND_STYLES[event.kind]),
+            f"[dim]{why}[/dim]",
+            soft_wrap=True,
+        )
+
+    first = lesson.execute(lesson.plan, lesson.end_s, watches[0], helped=True, on_event=show)
+    console.print("\nWhat the hand showed is merged into the reference, which is executed again, without help.")
+    latest.clear()
+    taught = merge(lesson.plan, first.reactor.taught, lesson.robot, lesson.scene.q)
+    again = lesson.execute(taught.pose, taught.end_s, watches[1], helped=False, on_event=show)
+    took = time.perf_counter() - begin
+    console.print(
+        f"[dim]{first.cell.t + again.cell.t:.1f} s of the arm at 1000 Hz, simulated and monitored in {took:.1f} s[/dim]"
+    )
+    for title, execution in (("The first execution", first), ("The next one", again)):
+        console.print(Text(f"\n{title}: {_outcome(execution)}"))
+        console.print(_table(list(execution.events), execution))
+    _show_files(first.cell.recording(), again.cell.recording(), out, config, console)
+    return int(any(watch.health.degraded for watch in watches) or not again.inserted)
+
+
+def _outcome(execution: "Execution") -> str:
+    peg = "in the hole" if execution.inserted else "not in the hole"
+    if execution.stuck_s is None:
+        return f"the peg is {peg}, without help"
+    return f"the arm was stuck at {execution.stuck_s:.1f} s; with help the peg is {peg}"
 
 
 def _why(event: "ContactEvent", before: "ContactEvent | None") -> str:
@@ -95,23 +98,25 @@ def _why(event: "ContactEvent", before: "ContactEvent | None") -> str:
     return event.evidence[-1].text.partition(": ")[2] if event.evidence else "to be classified"
 
 
-def _table(events: list["ContactEvent"], episode: "Episode") -> Table:
+def _table(events: list["ContactEvent"], execution: "Execution") -> Table:
     """Return the true contacts, each with what was said of it below."""
     table = Table(box=None, pad_edge=False, header_style="dim")
     for heading in ("", "kind", "by"):
         table.add_column(heading)
     for heading in ("onset [s]", "detected", "end [s]", "peak [N]"):
         table.add_column(Text(heading), justify="right")
-    contacts = [contact for contact in episode.cell.contacts if contact.visible_s is not None]
+    contacts = [contact for contact in execution.cell.contacts if contact.visible_s is not None]
     pairs, extra = _paired(events, contacts)
     for contact, event in pairs:
-        table.add_row("truth", *_truth(contact, episode.cell.robot.link_names))
+        table.add_row("truth", *_truth(contact, execution.cell.robot.link_names))
         if event is None:
             table.add_row("monitor", Text("missed", style="yellow"))
         else:
             table.add_row("monitor", *_said(event, contact.touch_s))
     for event in extra:
-        table.add_row("truth", Text("nothing", style="yellow"))
+        lasting = [contact.name for contact in contacts if contact.touch_s <= event.detected_s <= contact.end_s]
+        text = f"still {' and '.join(lasting)}" if lasting else "nothing"
+        table.add_row("truth", Text(text, style="" if lasting else "yellow"))
         table.add_row("monitor", *_said(event, event.onset_s))
     return table
 
@@ -157,19 +162,25 @@ def _said(event: "ContactEvent", touch_s: float) -> tuple[str | Text, ...]:
     )
 
 
-def _show_files(recording: "Recording", out: Path, settings: "MonitorConfig", console: Console) -> None:
+def _show_files(
+    recording: "Recording", taught: "Recording", out: Path, settings: "MonitorConfig", console: Console
+) -> None:
     from tactful.monitor import Monitor
     from tactful.recordings import Recording
 
     file, picture = out / "demo.csv", out / "demo.png"
     recording.save(file)
-    saved = [f"{file}  positions, velocities and torques; the truth is beside it, in {file.name}.labels.json"]
+    taught.save(out / "taught.csv")
+    saved = [
+        f"{file}  positions, velocities and torques; the truth is beside it, in {file.name}.labels.json",
+        f"{out / 'taught.csv'}  the same of the next execution",
+    ]
     try:
         Monitor(config=settings).run(Recording.read(file), trace=True).plot(picture)
         saved.append(f"{picture}  what the monitor saw: forces, their level, states")
     except TactfulError as error:
         saved.append(f"no picture: {error}")
-    saved.append(f"{out / 'monitor.toml'}  the settings")
+    saved.append(f"{out / 'monitor.toml'}  the settings, as `tactful calibrate` found them on a minute of free motion")
     command = shlex.join(
         ["tactful", "monitor", str(file), "--config", str(out / "monitor.toml"), "--plot", "again.png"]
     )

@@ -50,24 +50,35 @@ def isolation(*, robot: str = "panda", samples: int = 4000, seed: int = 0, jobs:
 
 
 @study.command
-def aim_aware(*, grid: Literal["paper", "fine"] = "paper", seed: int = 0, jobs: int = 2, out: Path) -> None:
+def aim_aware(
+    *,
+    grid: Literal["paper", "fine"] = "paper",
+    seed: int = 0,
+    jobs: int = 2,
+    scheduler: str | None = None,
+    out: Path,
+) -> None:
     """Measure which impacts of a planar arm on an inclined surface are told as expected, as the aim-aware paper does.
 
     Simulates its 7161 impacts with an assumed arm, and judges them with the published settings and with tuned ones,
-    both also on held-out impacts; writes summary.json, tables.md and the figures 6 and 7 of the paper.
+    both also on held-out impacts; writes report.html, summary.json, tables.md, the figures 6 and 7 of the paper and
+    evidence.npz, what every impact would need to be accepted.
 
     Args:
         grid: Inclinations every 1 deg, as in the paper, or every 0.25 deg.
-        seed: What the noise of the sensors is drawn from, in the variants that have some.
+        seed: What the tuning draws from, and the noise of the sensors, in the variants that have some.
         jobs: Number of processes.
+        scheduler: Address of a Dask scheduler, to work there instead.
         out: Folder for the results.
     """
     from tactful.studies.aim_aware import aim_aware_study
 
     with _progress("compiling the kernels, if need be, and simulating impacts") as (console, progress):
-        summary = aim_aware_study(out, grid=grid, seed=seed, jobs=jobs, progress=progress)
+        summary = aim_aware_study(out, grid=grid, seed=seed, jobs=jobs, scheduler=scheduler, progress=progress)
     _print(f"planar arm, {summary['impacts']} simulated impacts", summary)
-    console.print(f"[dim]{summary['cpu_s']:.0f} s of CPU for the grid; saved {out}[/dim]", soft_wrap=True)
+    console.print(
+        f"[dim]{summary['cpu_s']:.0f} s of CPU for the grid; saved {out / 'report.html'}[/dim]", soft_wrap=True
+    )
 
 
 @study.command

@@ -10,7 +10,8 @@ from tactful.control import Pose
 
 TRACE_STEP_S = 0.01
 _KEPT_S = 30.0
-_REST_S, _REST_M = 0.3, 0.001
+_REST_S, _REST_M = 1.0, 0.001
+"""An arm that is stuck rests; a hand that leads it may rest, too, but not for long."""
 _LEFT_M = 0.003
 
 
@@ -37,7 +38,7 @@ class Trace:
             self._touched_s, self.clear_s = onset_s, max(plan_s, 0.0)
 
     def led(self) -> list[tuple[float, Pose]]:
-        """Return the way since the tip left the place where it first came to rest after it met something.
+        """Return the way since the tip left the place where it rested last after it met something.
 
         A hand that draws an arm out of a collision is told from it late, as it is slow and the arm resists.
         """
@@ -46,7 +47,7 @@ class Trace:
         samples = [sample for sample in self._samples if sample[0] >= self._touched_s]
         points = np.array([tip.position_m for _, tip in samples]).reshape(-1, 3)  # (N, 3)
         span = round(_REST_S / TRACE_STEP_S)
-        for k in range(0, len(points) - span, span // 3):
+        for k in range(len(points) - span, -1, -span // 5):
             if np.abs(points[k : k + span] - points[k]).max() < _REST_M:
                 near = np.flatnonzero(np.linalg.norm(points - points[k], axis=1) < _LEFT_M)
                 return samples[near[-1] :]

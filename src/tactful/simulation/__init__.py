@@ -9,6 +9,7 @@ from tactful.simulation._episode import Episode, collision_and_help
 from tactful.simulation._fixtures import Bar, Box, Fixture, HoledBox, Table
 from tactful.simulation._generate import EpisodeEntry, generate, read_manifest
 from tactful.simulation._hands import Drag, Guide, Hand, Hesitation, Lead, Push, Tremor
+from tactful.simulation._lesson import Execution, Lesson
 from tactful.simulation._operators import OPERATORS, Operator
 from tactful.simulation._peg import PEG, mistaken, peg_arm
 from tactful.simulation._scene import Scene, draw_scene
@@ -34,12 +35,14 @@ __all__ = [
     "EpisodeKind",
     "EpisodeResult",
     "EpisodeSpec",
+    "Execution",
     "Fixture",
     "Guide",
     "Hand",
     "Hesitation",
     "HoledBox",
     "Lead",
+    "Lesson",
     "NoiseSpectrum",
     "Operator",
     "Path",

@@ -24,7 +24,7 @@ INSERTED_M = 0.05
 """How deep the peg has to be in the hole for the insertion to have succeeded [m]."""
 _DEPTH_M = 0.065
 """How deep the reference leads into the hole [m]."""
-_BOX_HALF_M = 0.08
+BOX_HALF_M = 0.08
 _INSERTION_M_S = 0.06
 _FREE_ABOVE_M = 0.30
 """Height of the tip over the table from which hands may push it about without bringing it to the box [m]."""
@@ -107,7 +107,7 @@ def _points(spec: EpisodeSpec, hole: Array, rng: np.random.Generator) -> tuple[A
     ahead = [] if spec.kind != "cooperation_then_collision" else [_free_point(hole, rng)]
     if spec.trajectory == "side":
         depth = rng.uniform(0.04, 0.09)
-        side = outward * (_BOX_HALF_M + PEG_RADIUS_M + rng.uniform(0.07, 0.12)) / np.abs(outward[:2]).max()
+        side = outward * (BOX_HALF_M + PEG_RADIUS_M + rng.uniform(0.07, 0.12)) / np.abs(outward[:2]).max()
         low = hole + side - _up(depth)
         high = low + _up(rng.uniform(0.10, 0.16))
         into = hole - _up(depth + rng.uniform(-0.01, 0.01))
