@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactful import ContactEvent, Label, Recording
-from tactful.evaluation import EARLY_S, LATE_S, EvaluationError, Figures, Share, evaluate, grouped
+from tactful.evaluation import EARLY_S, LATE_S, EvaluationError, Figures, Share, by_operator, evaluate, grouped
 from tests.evaluation._made import event, recording, timeline
 from tests.evaluation.test_match import events, labels
 
@@ -55,6 +55,16 @@ def test_known_figures() -> None:
     assert figures.confusion.missed == {"collision": 1, "cooperation": 0}
 
 
+def test_figures_by_operator() -> None:
+    """Whom a classifier understands is another question than how many contacts it does."""
+    outcomes = [
+        evaluate(replace(recording(Label("cooperation", 1.0, 2.0)), notes=(note,)), timeline(event(1.1, kind=kind)))
+        for note, kind in (("operator: ada", "cooperation"), ("operator: bob", "collision"), ("no one", "collision"))
+    ]
+    figures = by_operator(outcomes)
+    assert {name: each.sensitivity for name, each in figures.items()} == {"ada": Share(1, 1), "bob": Share(0, 1)}
+
+
 def test_extra_cooperation_is_spurious_too() -> None:
     """One impact that retriggers the classifier reprograms the robot, although its first event was right."""
     outcome = evaluate(
@@ -90,6 +100,7 @@ def test_gaps_and_backward_time_are_no_monitored_time() -> None:
     assert outcome.contact_free_s == pytest.approx(0.85 + 0.3)
 
 
+@settings(deadline=None)  # the first interval imports scipy
 @given(st.lists(st.tuples(st.lists(events, max_size=6), st.lists(labels, max_size=4)), min_size=1, max_size=3))
 def test_counts_add_up(cases: list[tuple[list[ContactEvent], list[Label]]]) -> None:
     """Events and labels are neither lost nor counted twice, whatever they are, and shares are shares."""
@@ -108,6 +119,7 @@ def test_counts_add_up(cases: list[tuple[list[ContactEvent], list[Label]]]) -> N
     assert list(groups) == sorted(groups)
 
 
+@settings(deadline=None)  # the first interval imports scipy
 @given(st.lists(events, min_size=1, max_size=6), st.lists(labels, min_size=1, max_size=4))
 def test_figures_go_to_json(events: list[ContactEvent], labels: list[Label]) -> None:
     """What is written is JSON that any reader takes: no nan."""

@@ -112,6 +112,18 @@ def print_confusion(figures: "Figures", console: Console) -> None:
     console.print(table)
 
 
+def print_operators(operators: "Mapping[str, Figures]", console: Console) -> None:
+    """Print how well the contacts of each operator were found and told, where the recordings name them."""
+    if not operators:
+        return
+    table = _table("operator", "recordings", "recall", "specificity", "sensitivity", "accuracy", left=1)
+    for name, figures in operators.items():
+        shares = (figures.contacts.recall, figures.specificity, figures.sensitivity, figures.accuracy)
+        table.add_row(name, str(figures.recordings), *(percent(share) for share in shares))
+    console.print()
+    console.print(table)
+
+
 def print_force_errors(runs: Sequence[Run], console: Console) -> None:
     """Print how far the estimated forces lie from those of the sensor."""
     measured = [(run.outcome.source, run.error) for run in runs if run.error is not None]

@@ -53,7 +53,7 @@ def evaluate(
     Returns:
         0, or 1 if samples had to be skipped.
     """
-    from tactful.evaluation import Figures, find_recordings, grouped, match_events
+    from tactful.evaluation import Figures, by_operator, find_recordings, grouped, match_events
     from tactful.monitor import MonitorConfig
 
     if inject < 0 or seed < 0:
@@ -87,10 +87,12 @@ def evaluate(
     figures, as_recorded = Figures.of(outcomes), Figures.of(run.outcome for run in runs)
     keys: tuple[Callable[[Label], str], ...] = (_kind, _strength, _place(arm)) if inject else (_kind,)
     groups = {name: group for key in keys for name, group in grouped(outcomes, key).items()}
+    operators = by_operator(outcomes)
     console = Console(highlight=False)
     tables.print_recordings(runs, console)
     tables.print_figures(figures, as_recorded, groups, console)
     tables.print_confusion(figures, console)
+    tables.print_operators(operators, console)
     tables.print_force_errors(runs, console)
     tables.print_rule(console)
     if inject:
@@ -101,6 +103,7 @@ def evaluate(
             "figures": as_recorded.to_dict(),
             "injected": injected if inject else None,
             "groups": {name: group.to_dict() for name, group in groups.items()},
+            "operators": {name: group.to_dict() for name, group in operators.items()},
             **_provenance(runs, settings),
         }
         json.write_text(jsonlib.dumps(report, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -195,6 +195,13 @@ def grouped(outcomes: Iterable[Outcome], key: Callable[[Label], str]) -> dict[st
     return {name: ContactFigures.of(groups[name]) for name in sorted(groups)}
 
 
+def by_operator(outcomes: Iterable[Outcome]) -> dict[str, Figures]:
+    """Return the figures of the recordings of each operator, by name; those that name none are left out."""
+    every = list(outcomes)
+    names = sorted({outcome.operator for outcome in every if outcome.operator is not None})
+    return {name: Figures.of(outcome for outcome in every if outcome.operator == name) for name in names}
+
+
 def _share(answers: Iterable[bool | None]) -> Share:
     given: Sequence[bool] = [answer for answer in answers if answer is not None]
     return Share(sum(given), len(given))

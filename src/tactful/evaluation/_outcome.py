@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tactful.evaluation._labels import check_labels
 from tactful.evaluation._match import EARLY_S, LATE_S, Match, Matching, match_events
+from tactful.evaluation._operator import operator_of
 from tactful.monitor import ContactEvent, Timeline
 from tactful.recordings import Recording
 
@@ -28,6 +29,7 @@ class Outcome:
         monitored_s: time that the monitor saw, without gaps [s].
         contact_free_s: that time without the labels and the tolerance around them, in which no event belongs [s].
         alarm_s: how much of the latter lay in a false alarm [s].
+        operator: who touched the arm, as far as the recording says, see `operator_of`.
     """
 
     source: str
@@ -36,6 +38,7 @@ class Outcome:
     monitored_s: float
     contact_free_s: float
     alarm_s: float
+    operator: str | None = None
 
     @property
     def found(self) -> int:
@@ -46,6 +49,7 @@ class Outcome:
         """Return plain numbers, strings and lists."""
         return {
             "source": self.source,
+            "operator": self.operator,
             "monitored_s": self.monitored_s,
             "contact_free_s": self.contact_free_s,
             "alarm_s": self.alarm_s,
@@ -103,6 +107,7 @@ def evaluate(
         monitored_s=monitored_s,
         contact_free_s=monitored_s - labelled_s,
         alarm_s=_covered_s(windows + alarms, steps) - labelled_s,
+        operator=operator_of(recording),
     )
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar, cast
 
 from tactful.classification import Evidence, Onset, Verdict
-from tactful.evaluation import check_labels, label_at
+from tactful.evaluation import check_labels, label_at, operator_of
 from tactful.learning._errors import LearningError
 from tactful.monitor import Monitor, MonitorConfig
 from tactful.recordings import Recording
@@ -18,8 +17,6 @@ T = TypeVar("T")
 Truth = Literal["collision", "cooperation"]
 
 KINDS = ("collision", "cooperation")
-_OPERATOR = re.compile(r"\boperator[\"']?\s*[:=]\s*[\"']?([\w.-]+)", re.IGNORECASE)
-_NOBODY = ("null", "none")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -104,15 +101,6 @@ def decisions_of(
     oracle = _Oracle(recording, operator or operator_of(recording), wait_s, extract)
     Monitor(robot, config.fitted_to(recording.rate_hz), classifier=oracle).run(recording)
     return tuple(oracle.decisions)
-
-
-def operator_of(recording: Recording) -> str | None:
-    """Return who touched the arm, as a note of the recording says it (`operator: name`); None where none does."""
-    for note in recording.notes:
-        found = _OPERATOR.search(note)
-        if found and found[1].casefold() not in _NOBODY:
-            return found[1]
-    return None
 
 
 def first_of_each(decisions: Sequence[Decision[T]]) -> list[Decision[T]]:
