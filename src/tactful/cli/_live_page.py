@@ -15,7 +15,7 @@ from tactful.cli.live import run_once
 if TYPE_CHECKING:
     from tactful.live import Source
     from tactful.live.view import View
-    from tactful.monitor import MonitorConfig
+    from tactful.monitor import MonitorConfig, RobotConfig
     from tactful.reaction import ReactionConfig
 
 _WORKSHOP = {"resume_s": 1.5, "guiding": "translation"}
@@ -39,7 +39,8 @@ def run_in_page(
 ) -> int:
     """Run with a page, in simulation as often as it is reset there, and return the exit code."""
     from tactful.live.sources import Settings
-    from tactful.live.view import View, WorkshopSource
+    from tactful.live.view import CONFIG, View, WorkshopSource
+    from tactful.monitor import MonitorConfig
     from tactful.reaction import NAMED
 
     scheme, _, address = origin.name.partition(":")
@@ -47,6 +48,9 @@ def run_in_page(
     shown = react if react in NAMED else None
     if in_workshop and policy is None:
         policy, shown = NAMED["teach"].model_copy(update=_WORKSHOP), "teach"
+    if in_workshop and _only_robot_is_named(settings):
+        calibrated = MonitorConfig.load(CONFIG)
+        settings = calibrated.model_copy(update={"robot": _named(calibrated.robot, settings.robot)})
     with View(port) as view:
         console.print(f"the page: [bold]{view.address}[/bold]")
         if scheme == "replay":
@@ -73,12 +77,9 @@ def run_in_page(
 def _replay(view: View, path: Path, settings: MonitorConfig, mapping: Path | None, json: bool, console: Console) -> int:
     """Show a recording until Ctrl-C."""
     from tactful.live.view import replay, settings_of
-    from tactful.monitor import MonitorConfig
 
-    bare = MonitorConfig()
-    if settings.model_copy(update={"robot": bare.robot}) == bare and (recorded := settings_of(path)) is not None:
-        named = settings.robot.model_dump(exclude_unset=True, exclude_none=True)
-        settings = recorded.model_copy(update={"robot": recorded.robot.model_copy(update=named)})
+    if _only_robot_is_named(settings) and (recorded := settings_of(path)) is not None:
+        settings = recorded.model_copy(update={"robot": _named(recorded.robot, settings.robot)})
     timeline = replay(view, path, settings, mapping)
     for event in timeline:
         if json:
@@ -93,3 +94,13 @@ def _replay(view: View, path: Path, settings: MonitorConfig, mapping: Path | Non
         for number, handler in before.items():
             signal.signal(number, handler)
     return int(timeline.health.degraded)
+
+
+def _only_robot_is_named(settings: MonitorConfig) -> bool:
+    """Whether no other setting was given."""
+    return not settings.model_dump(exclude={"robot"}, exclude_defaults=True)
+
+
+def _named(known: RobotConfig, given: RobotConfig) -> RobotConfig:
+    """Return the arm that is known, with what was given."""
+    return known.model_copy(update={key: getattr(given, key) for key in given.model_fields_set})

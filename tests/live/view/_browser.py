@@ -16,15 +16,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from tactful.live.view._scene import CAMERA_FOV_RAD, CAMERA_M, LOOK_AT_M
 from tests._counterparts import missing
 
-_FLAGS = (
-    "--no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic "
-    "--no-first-run --disable-background-networking --disable-component-update --disable-sync"
-).split()
+_FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
 _START_S = 300.0
 _WAIT_MS = 240_000
 
@@ -100,14 +108,14 @@ class Window:
         buttons = self.page.get_by_role("button", name=re.compile(r"\d s +· +"))
         return [" ".join(text.split()) for text in buttons.all_inner_texts()]
 
-    def pixel(self, point_m: NDArray[np.float64]) -> tuple[float, float]:
+    def pixel(self, point_m: ArrayLike) -> tuple[float, float]:
         """Return where a point (3,) [m] is seen, from the camera with which the page begins."""
         box = self.page.locator("canvas").first.bounding_box()
         ahead = np.subtract(LOOK_AT_M, CAMERA_M)
         ahead = ahead / np.linalg.norm(ahead)
         right = np.cross(ahead, [0.0, 0.0, 1.0])
         right /= np.linalg.norm(right)
-        away = point_m - np.array(CAMERA_M)
+        away = np.subtract(point_m, CAMERA_M)
         scale = box["height"] / 2 / np.tan(CAMERA_FOV_RAD / 2) / (away @ ahead)
         x = box["x"] + box["width"] / 2 + scale * (away @ right)
         return float(x), float(box["y"] + box["height"] / 2 - scale * (away @ np.cross(right, ahead)))

@@ -26,6 +26,6 @@ def test_rounds_go_the_way_that_was_led(back: bool) -> None:
     for old, new in ((0.0, 0.0), (plan.path.end_s, rounds.path.end_s)):
         np.testing.assert_allclose(rounds.path.pose(new).position_m, plan.path.pose(old).position_m, atol=0.01)
     track = np.array([rounds.path.pose(t).position_m for t in np.arange(0.0, rounds.path.end_s, 0.02)])
-    summit = start.position_m + [0.0, -0.1 if back else 0.1, 0.1]
+    summit = np.add(start.position_m, (0.0, -0.1 if back else 0.1, 0.1))
     assert np.linalg.norm(track - summit, axis=1).min() < 0.02
     assert np.linalg.norm(np.diff(track, axis=0), axis=1).max() < 0.02

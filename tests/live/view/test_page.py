@@ -34,8 +34,8 @@ def drag_along(shown: Window) -> None:
     mouse = shown.page.mouse
     mouse.move(*shown.pixel(wrist))
     mouse.down()
-    mouse.move(*shown.pixel(wrist + [0.0, 0.05, 0.0]), steps=2)
-    mouse.move(*shown.pixel(wrist + [0.0, 0.25, 0.0]), steps=6)
+    mouse.move(*shown.pixel(np.add(wrist, (0.0, 0.05, 0.0))), steps=2)
+    mouse.move(*shown.pixel(np.add(wrist, (0.0, 0.25, 0.0))), steps=6)
     shown.contact("cooperation").wait_for()
     time.sleep(3.0)
     shown.shot("drag")
@@ -72,7 +72,9 @@ def test_touch_record_and_replay(tmp_path: Path) -> None:
         told = {event["id"]: (event["kind"], event["onset_s"]) for event in log["events"]}
         assert {"cooperation", "collision"} <= {kind for kind, _ in told.values()}
         lines = [json.loads(line) for line in (tmp_path / "events.jsonl").read_text().splitlines()]
-        assert [event["onset_s"] for event in log["events"]] == [line["onset_s"] for line in lines[: len(log["events"])]]
+        assert [event["onset_s"] for event in log["events"]] == [
+            line["onset_s"] for line in lines[: len(log["events"])]
+        ]
         config = MonitorConfig(**log["config"])
         again = Monitor(config=config.model_copy(update={"robot": config.robot.model_copy(update={"model": "panda"})}))
         timeline = again.run(Recording.read(path))

@@ -2,6 +2,6 @@
 
 from tactful.live.view._replay import replay, settings_of
 from tactful.live.view._view import View
-from tactful.live.view._workshop import WorkshopSource
+from tactful.live.view._workshop import CONFIG, WorkshopSource
 
-__all__ = ["View", "WorkshopSource", "replay", "settings_of"]
+__all__ = ["CONFIG", "View", "WorkshopSource", "replay", "settings_of"]

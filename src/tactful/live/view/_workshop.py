@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,8 +16,12 @@ from tactful.live.sources._arm import find_arm
 
 Array = NDArray[np.float64]
 
+CONFIG = Path(__file__).with_name("workshop.toml")
+"""Settings of the monitor for this arm, as `python -m benchmarks.workshop_config` found them."""
 _HAND_M_S, _OBSTACLE_M_S = 1.0, 0.3
 """How fast a hand and the obstacle follow the mouse, so that no force is a step."""
+_STIFFNESS_N_M, _DAMPING_NS_M, _GRIP_S = 300.0, 4.0, 0.15
+"""The hand's, and the time in which it closes: it does not stop a moving arm before the mouse has moved."""
 _PAUSE_S = 0.01
 SENSORS = "clean"
 """The preset of sensors of the arm in the workshop."""
@@ -50,6 +55,7 @@ class WorkshopSource(Source):
         self.obstacle_m = self.shop.aside_m.copy()
         self._obstacle_target: Array | None = None
         self._hand, self._hand_target = self.shop.hands[0], np.zeros(3)
+        self._grip = 0.0
         self._tau = np.zeros(self.cell.robot.n)
 
     def read(self) -> Sample | None:
@@ -86,6 +92,7 @@ class WorkshopSource(Source):
         self._hand.point_m = tuple((R.T @ (point_m - x)).tolist())
         self._hand_target = point_m
         self._hand.target_m = tuple(point_m.tolist())
+        self._grip = 0.0
 
     def pull(self, target_m: Array) -> None:
         """Draw the point that is held somewhere (3,) [m]."""
@@ -114,6 +121,8 @@ class WorkshopSource(Source):
     def _follow(self) -> None:
         """Let hand and obstacle come nearer to where they are to be."""
         if self._hand.target_m is not None:
+            self._grip = min(1.0, self._grip + 1 / (_GRIP_S * self.rate_hz))
+            self._hand.stiffness_n_m, self._hand.damping_ns_m = self._grip * _STIFFNESS_N_M, self._grip * _DAMPING_NS_M
             hand_m = np.array(self._hand.target_m)
             self._hand.target_m = tuple(_nearer(hand_m, self._hand_target, _HAND_M_S / self.rate_hz).tolist())
         if self._obstacle_target is not None:
