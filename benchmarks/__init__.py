@@ -25,6 +25,8 @@ class Sizes:
     hour_s: float = 3600.0
     repeats: int = 4
     """Processes of which the fastest counts."""
+    episodes: int = 20
+    """Simulated episodes."""
     first_call: bool = True
     """Whether the kernels are compiled anew to time it."""
 
@@ -36,6 +38,7 @@ def run(sizes: Sizes, file: Path, console: Console) -> dict[str, Any]:
         TactfulError: if a peer does not find what the monitor finds.
     """
     from benchmarks._chain import measure_chain
+    from benchmarks._episodes import measure_episodes
     from benchmarks._hour import measure_hour
     from benchmarks._loop import measure_loop
     from benchmarks._report import report
@@ -53,6 +56,8 @@ def run(sizes: Sizes, file: Path, console: Console) -> dict[str, Any]:
         result |= measure_hour(ROBOT, sizes.hour_s, sizes.repeats, file.parent)
     with console.status("the loop at 1 kHz"):
         result["loop_us"] = measure_loop(robot, sizes.loop_s)
+    with console.status("episodes of the work cell"):
+        result |= measure_episodes(sizes.episodes)
     file.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     report(result, console)
     console.print(f"\n[dim]{file}", highlight=False)

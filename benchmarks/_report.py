@@ -18,6 +18,7 @@ BOUNDS: tuple[tuple[str, str, str, str, float], ...] = (
     ("cli_s", "tactful monitor on 10 s", "s", "<", 2.5),
     ("cli_first_s", "its first call ever, which compiles", "s", "<", 25.0),
     ("import_s", "import tactful", "s", "<", 0.5),
+    ("ratio_real_time", "simulated episodes, robot time over time of a core", "times", "≥", 8.0),
 )
 _PARTS = {
     "place": "place the links",

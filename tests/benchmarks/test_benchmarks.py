@@ -27,7 +27,7 @@ def test_everything_is_measured_and_written(tmp_path):
     pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
     file = tmp_path / "build" / "bench.json"
     text = io.StringIO()
-    sizes = Sizes(rounds=1, loop_s=0.1, hour_s=3.0, repeats=1, first_call=False)
+    sizes = Sizes(rounds=1, loop_s=0.1, hour_s=3.0, repeats=1, episodes=1, first_call=False)
     result = run(sizes, file, Console(file=text, width=120))
     written = json.loads(file.read_text())
     assert written == json.loads(json.dumps(result))

@@ -39,10 +39,10 @@ def pictures(summary: Figures, trials: dict[str, list[Trial]], folder: Path) -> 
     except ImportError:
         raise TactfulError('the figures need matplotlib: pip install "tactful[plot]"') from None
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(3.6 * len(summary["presets"]), 3.2), layout="constrained")
+        figure = Figure(figsize=(3.6 * len(summary["presets"]), 3.5), layout="constrained")
         _rates(summary, figure)
         figure.savefig(folder / "rates.svg", metadata={"Date": None})
-        figure = Figure(figsize=(9, 3.4), layout="constrained")
+        figure = Figure(figsize=(9, 3.6), layout="constrained")
         _lessons([row for rows in trials.values() for row in rows], figure)
         figure.savefig(folder / "lessons.svg", metadata={"Date": None})
 
@@ -63,7 +63,7 @@ def _rates(summary: Figures, figure: Any) -> None:
         axes.set_xticks(range(len(groups)), list(groups))
         axes.set(title=f"sensors: {sensors}", ylim=(0, 1.02))
     panels[0].set_ylabel("peg inserted without help (simulation)")
-    panels[0].legend(frameon=False, fontsize=8)
+    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=2)
 
 
 def _lessons(rows: Sequence[Trial], figure: Any) -> None:
@@ -73,7 +73,7 @@ def _lessons(rows: Sequence[Trial], figure: Any) -> None:
         if shown:
             _lesson(shown[0].ways, axes)
     figure.axes[0].set_ylabel("height [m]")
-    figure.axes[-1].legend(frameon=False, fontsize=8, loc="upper right")
+    figure.legend(*figure.axes[-1].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=3)
 
 
 def _lesson(ways: dict[str, Any], axes: Any) -> None:
