@@ -53,6 +53,9 @@ class AimAwareConfig(Config):
     """Largest time between two impacts [s]."""
     e_m_rad_s: NonNegative | tuple[NonNegative, ...] = 0.1
     """Margin on the envelope, for all joints or one each [rad/s]. Paper: one for all, printed in rad."""
+    tilt_deg: Positive | None = None
+    """Largest rotation of the tool against the plan at the verdict, for a plan that knows it; None leaves it out.
+    Paper: not there [deg]."""
     xi_s: Positive = 0.1
     """Time from the last impact to the verdict [s]."""
     missed_s: Positive | None = None

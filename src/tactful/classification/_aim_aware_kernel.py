@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tactful._njit import njit
 from tactful.classification._aim_aware_config import AimAwareConfig
+from tactful.config import ConfigError
 from tactful.detection._impact import detect, impact_dtype, impact_record
 from tactful.dynamics.kernels import copy
 from tactful.impacts import ImpactPlan
@@ -45,6 +46,8 @@ def aim_aware_dtype(n: int, window: int) -> np.dtype[np.void]:
             ("iota", "f8"),
             ("xi", "f8"),
             ("e_m", "f8", (n,)),
+            ("tilt_max", "f8"),  # [rad]; inf: not judged
+            ("turn", "f8", (2, n)),  # how an error of the joints turns the tool
             ("t_d", "f8"),
             ("q_d", "f8", (n,)),
             ("start", "f8"),  # of the plan's window
@@ -77,6 +80,7 @@ def aim_aware_dtype(n: int, window: int) -> np.dtype[np.void]:
             ("q_first", "f8", (n,)),  # q - q_d at the first impact [rad]
             ("q_last", "f8", (n,)),  # and at the last one
             ("q_end", "f8", (n,)),  # and at the verdict
+            ("tilt", "f8"),  # of the tool at the verdict [rad]
             ("rate", "f8", (n,)),  # dr/dt of the largest magnitude from the first impact on [Nm/s]
             ("slots", "f8", (SLOTS, n)),  # mean velocity error in pieces of xi / SLOTS since the first impact [rad/s]
             ("counts", "i8", (SLOTS,)),
@@ -89,7 +93,7 @@ def aim_aware_record(plan: ImpactPlan, config: AimAwareConfig) -> Any:
     """Return a classifier that has seen nothing.
 
     Raises:
-        ConfigError: if a setting has another number of joints than the plan.
+        ConfigError: if a setting has another number of joints than the plan, or asks for a tilt that it cannot tell.
     """
     n = plan.n
     record: Any = np.zeros(1, aim_aware_dtype(n, config.m_max))
@@ -101,6 +105,12 @@ def aim_aware_record(plan: ImpactPlan, config: AimAwareConfig) -> Any:
     aim["m_c"] = config.m_c
     aim["zeta"], aim["epsilon"], aim["iota"], aim["xi"] = config.zeta_s, config.epsilon_rad, config.iota_s, config.xi_s
     aim["e_m"] = config.margins(n)
+    if plan.turn is not None:
+        aim["turn"] = plan.turn
+    elif config.tilt_deg is not None:
+        problem = "needs a plan that knows how the tool turns: give it contacts, and ImpactPlan.with_turn(robot)"
+        raise ConfigError("aimaware", "tilt_deg", problem, config.tilt_deg)
+    aim["tilt_max"] = np.inf if config.tilt_deg is None else np.radians(config.tilt_deg)
     aim["t_d"], aim["q_d"] = plan.t_d_s, plan.q_d
     aim["start"], aim["end"] = plan.start_s, plan.end_s
     aim["latest"] = min(plan.t_d_s + config.latest_s, plan.end_s)
@@ -112,7 +122,7 @@ def clear(aim: Any) -> None:
     """Forget all samples."""
     for name in ("samples", "skipped", "row", "seen", "judged", "k", "latched", "counts", "above"):
         aim[name] = 0
-    for name in ("e", "timing", "position", "spacing", "q_first", "q_last", "q_end", "rate", "slots"):
+    for name in ("e", "timing", "position", "spacing", "q_first", "q_last", "q_end", "tilt", "rate", "slots"):
         aim[name] = 0.0
     for name in ("impact_s", "decided_s", "needed_s", "violated_s"):
         aim[name] = np.nan
@@ -213,6 +223,11 @@ def _record(aim: Any, t: float, q: Array) -> None:
         if slot < SLOTS:
             aim.slots[slot, i] += (aim.e[i] - aim.slots[slot, i]) / aim.counts[slot]
         aim.q_end[i] = q[i] - aim.q_d[i]
+    first = second = 0.0
+    for i in range(q.shape[0]):
+        first += aim.turn[0, i] * aim.q_end[i]
+        second += aim.turn[1, i] * aim.q_end[i]
+    aim.tilt = np.sqrt(first * first + second * second)
 
 
 @njit(cache=True)
@@ -252,7 +267,7 @@ def step(aim: Any, post_t: Array, post_dq: Array, t: float, q: Array, dq: Array,
         if violated:
             aim.post = UNEXPECTED
         elif over:
-            aim.post = EXPECTED
+            aim.post = EXPECTED if aim.tilt <= aim.tilt_max else UNEXPECTED
     verdict = aim.verdict
     if aim.judged == 0 and aim.literal == 0:
         if verdict == OFF and aim.start - _SLACK_S <= t <= aim.latest + _SLACK_S:

@@ -14,7 +14,7 @@ from tactful.classification._verdict import Evidence
 
 Array = NDArray[np.float64]
 ImpactVerdict = Literal["off", "yet unknown", "expected", "unexpected", "missed"]
-Reason = Literal["missed", "early", "late", "wrong place", "impacts apart", "motion"]
+Reason = Literal["missed", "early", "late", "wrong place", "impacts apart", "inclined", "motion"]
 
 VERDICTS: tuple[ImpactVerdict, ...] = ("off", "yet unknown", "expected", "unexpected", "missed")
 """The verdicts in the order of their codes."""
@@ -53,8 +53,8 @@ class AimAwareResult:
     """The verdict on a planned impact, with what every threshold would have had to be for another one.
 
     The evidence does not depend on epsilon, zeta, iota and e_m, so thresholds can be chosen from it without another
-    run: an impact is expected if and only if `timing_s`, `position_rad` and `spacing_s` are within theirs, and so is
-    `needed_rad_s` of each joint.
+    run: an impact is expected if and only if `timing_s`, `position_rad`, `spacing_s` and, where it is asked for,
+    `tilt_deg` are within theirs, and so is `needed_rad_s` of each joint.
 
     Attributes:
         verdict: what the impact was; "off" before the plan's window.
@@ -68,6 +68,8 @@ class AimAwareResult:
         joints: the evidence of each joint, since the last impact.
         q_first_rad, q_last_rad, q_end_rad: q - q_d(t_d) (n,) at the first and the last impact and at the end of the
             time that was judged [rad].
+        tilt_deg: rotation of the tool against the plan about axes in the surface, at the end of that time; nan for a
+            plan without `turn` [deg].
         peak_rate_nm_s: the rate of the residual with the largest magnitude, from the first impact on (n,) [Nm/s].
         mean_error_rad_s: mean velocity error in ten equal parts of the time xi after the first impact (10, n) [rad/s];
             nan where nothing was judged.
@@ -86,6 +88,7 @@ class AimAwareResult:
     q_first_rad: Array
     q_last_rad: Array
     q_end_rad: Array
+    tilt_deg: float
     peak_rate_nm_s: Array
     mean_error_rad_s: Array
     skipped: int
@@ -113,6 +116,8 @@ class AimAwareResult:
             ("place", self.position_rad, config.epsilon_rad, f"impact {self.position_rad:.3f} rad from its place"),
             ("spacing", self.spacing_s, config.iota_s, apart),
         ]
+        if config.tilt_deg is not None:
+            rules.append(("tilt", self.tilt_deg, config.tilt_deg, f"the tool tilted by {self.tilt_deg:.1f} deg"))
         if np.isfinite(worst.needed_rad_s):
             text = f"joint {worst.joint + 1} {sense} after the impact, {worst.needed_rad_s:.3f} rad/s"
             rules.append(("envelope", worst.needed_rad_s, worst.margin_rad_s, text))
@@ -140,6 +145,7 @@ class AimAwareResult:
         broken = self.evidence[0].rule
         late: Reason = "late" if self.timing_s > 0 else "early"
         reasons: dict[str | None, Reason] = {"timing": late, "place": "wrong place", "spacing": "impacts apart"}
+        reasons["tilt"] = "inclined"
         return reasons.get(broken, "motion")
 
     @property
@@ -152,6 +158,7 @@ class AimAwareResult:
             abs(self.timing_s) / config.zeta_s,
             self.position_rad / config.epsilon_rad,
             self.spacing_s / config.iota_s,
+            0.0 if config.tilt_deg is None else self.tilt_deg / config.tilt_deg,
             *(max(joint.needed_rad_s, 0.0) / max(joint.margin_rad_s, 1e-9) for joint in self.joints),
         ]
         worst = max(ratios)
@@ -184,6 +191,7 @@ def result_of(aim: Any, config: AimAwareConfig) -> AimAwareResult:
         q_first_rad=aim["q_first"].copy(),
         q_last_rad=aim["q_last"].copy(),
         q_end_rad=aim["q_end"].copy(),
+        tilt_deg=float(np.degrees(aim["tilt"])) if aim["turn"].any() else np.nan,
         peak_rate_nm_s=aim["rate"].copy(),
         mean_error_rad_s=np.where(counts > 0, aim["slots"], np.nan),
         skipped=int(aim["skipped"]),

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactful.classification._aim_aware_result import AimAwareResult
-from tactful.dynamics import Dynamics
 from tactful.errors import TactfulError
 from tactful.impacts import ImpactPlan
-from tactful.robots import Frame, Robot
+from tactful.robots import Robot
 
 Array = NDArray[np.float64]
 
@@ -70,14 +69,6 @@ class ImpactFeatures:
         return float(np.linalg.norm(self.tilt_deg) * np.sign(self.tilt_deg[largest]))
 
 
-def surface_axes(normal: Array) -> tuple[Array, Array]:
-    """Return the two axes (3,) in the surface with this unit normal, see `IMPACT_FEATURES`."""
-    base = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first = base - (base @ normal) * normal
-    first /= np.linalg.norm(first)
-    return first, np.cross(first, normal)
-
-
 def impact_features(result: AimAwareResult, plan: ImpactPlan, robot: Robot) -> ImpactFeatures:
     """Return what an impact looked like at the tool, by the Jacobian at the planned configuration.
 
@@ -95,12 +86,7 @@ def impact_features(result: AimAwareResult, plan: ImpactPlan, robot: Robot) -> I
         raise TactfulError(f"the impact is {result.verdict!r}: there was none whose features could be told")
     if not plan.contacts:
         raise TactfulError("the impact plan has no contact points: give it some, they tell the tool and the surface")
-    contact = plan.contacts[0]
-    here = [c.point_m for c in plan.contacts if c.link == contact.link]
-    frame = Frame(contact.link, np.eye(3), np.mean(here, axis=0))
-    dynamics = Dynamics(replace(robot, frames={**robot.frames, "contact": frame}))
-    J = dynamics.jacobian(plan.q_d, "contact")  # (6, n)
-    n, (a, b) = contact.normal, surface_axes(contact.normal)
+    J, (n, a, b) = plan.at_tool(robot)
     rows = np.stack([n @ J[:3], a @ J[:3], a @ J[3:], b @ J[3:]])  # (4, n) normal, slide, turn 1, turn 2
     error = np.nan_to_num(result.mean_error_rad_s) @ rows.T  # (10, 4)
     pieces = error.reshape(_PIECES, -1, 4).mean(axis=1)  # (5, 4)

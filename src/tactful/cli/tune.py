@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tactful.cli._labelled import check_output, decisions_in, settings_of
+from tactful.cli._tune_aim_aware import tune_aim_aware
 from tactful.errors import TactfulError
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ _SHOWN = 7
 
 
 def tune(
-    path: Annotated[list[Path], Parameter(negative_iterable=())],
+    path: Annotated[list[Path] | None, Parameter(negative_iterable=())] = None,
     /,
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
@@ -29,6 +30,12 @@ def tune(
     config: Path | None = None,
     classifier: str | None = None,
     mapping: Path | None = None,
+    aim_aware: bool = False,
+    plan: Path | None = None,
+    tolerance_deg: float = 2.0,
+    tilt: bool = False,
+    trials: int = 40,
+    seed: int = 0,
 ) -> int:
     """Choose the threshold of a classifier so that few collisions are taken for cooperation, with a guarantee.
 
@@ -36,6 +43,10 @@ def tune(
     cooperation, when they are found or later, it takes the one that tells the most contacts rightly. The bound holds
     with the stated confidence, whatever the number of contacts, for collisions like those of the recordings; use others
     than those that the classifier was trained on. Where no value keeps it, it says how many more events it would take.
+
+    With --aim-aware it chooses the settings for planned impacts instead, so that every impact that is labelled
+    `expected_impact` is accepted and as few as can be that are labelled `unexpected_impact`; it holds a third of them
+    out to measure on. Without recordings it simulates impacts of a planar arm on inclined surfaces.
 
     Args:
         path: Recordings with labels, or folders of them, as `tactful evaluate` reads them.
@@ -48,6 +59,12 @@ def tune(
         classifier: What is tuned: a model that `tactful train` wrote, or `kinesthetic`. By default what the settings
             name.
         mapping: What the columns of the recordings mean, a TOML file.
+        aim_aware: Tune to planned impacts.
+        plan: The plan of the impact, as ImpactPlan.save writes it; without, RUN.plan.npz beside each recording RUN.
+        tolerance_deg: Without recordings, the inclination that is to be accepted, both ways.
+        tilt: Whether the rotation of the tool is judged, too.
+        trials: How many envelopes and bounds are tried for planned impacts.
+        seed: What is held out, simulated and tried is drawn from it.
 
     Returns:
         0, or 1 if no value keeps the bound; then nothing is written.
@@ -57,9 +74,27 @@ def tune(
 
     if output is not None:
         check_output(output)
+    if not path and not aim_aware:
+        raise TactfulError("which recordings? Name labelled ones, or folders of them")
     for name, share in (("--max-misclassified-collisions", max_misclassified_collisions), ("--confidence", confidence)):
         if not 0 < share < 1:
             raise TactfulError(f"{name} is {share:g}: it has to lie between 0 and 1")
+    if aim_aware:
+        return tune_aim_aware(
+            path or [],
+            output,
+            plan=plan,
+            tolerance_deg=tolerance_deg,
+            tilt=tilt,
+            trials=trials,
+            seed=seed,
+            confidence=confidence,
+            robot=robot,
+            tip=tip,
+            config=config,
+            mapping=mapping,
+        )
+    assert path is not None
     settings = settings_of(config, robot, tip)
     if classifier is not None:
         settings = settings.model_copy(update={"classifier": classifier})

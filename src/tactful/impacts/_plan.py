@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tactful.dynamics import Dynamics
 from tactful.errors import TactfulError
 from tactful.recordings import Recording
+from tactful.robots import Frame, Robot
 from tactful.robots._frozen import FrozenRecord, frozen_array
 
 Array = NDArray[np.float64]
 
-_FIELDS = ("t_d_s", "q_d", "post_t_s", "post_dq", "post_q", "window_s", "source")
+_FIELDS = ("t_d_s", "q_d", "post_t_s", "post_dq", "post_q", "turn", "window_s", "source")
 
 
 class ImpactPlanError(TactfulError):
@@ -71,6 +73,7 @@ class ImpactPlan(FrozenRecord):
         post_q: (k, n) [rad] post-impact reference position, where known.
         window_s: how long before and how long after t_d the plan speaks for what is felt [s, s].
         contacts: the points that are to touch.
+        turn: (2, n) how an error of the joints at q_d turns the tool about two axes in the surface; see `with_turn`.
         source: whether an impact map or recorded nominal runs say what follows the impact.
 
     Raises:
@@ -90,6 +93,7 @@ class ImpactPlan(FrozenRecord):
     post_q: Array | None = None
     window_s: tuple[float, float] = (0.2, 0.5)
     contacts: tuple[ContactPoint, ...] = ()
+    turn: Array | None = None
     source: Literal["impact map", "recorded"] = "impact map"
 
     def __post_init__(self) -> None:
@@ -102,6 +106,8 @@ class ImpactPlan(FrozenRecord):
         self._freeze("post_dq", (k, n))
         if self.post_q is not None:
             self._freeze("post_q", (k, n))
+        if self.turn is not None:
+            self._freeze("turn", (2, n))
         steps = np.diff(self.post_t_s)
         if (steps <= 0).any():
             row = int(np.argmax(steps <= 0)) + 1
@@ -151,6 +157,35 @@ class ImpactPlan(FrozenRecord):
             return np.array(self.post_dq[0])
         share = min((t - times[k]) / (times[k + 1] - times[k]), 1.0)
         return np.asarray((1.0 - share) * self.post_dq[k] + share * self.post_dq[k + 1])
+
+    def with_turn(self, robot: Robot) -> ImpactPlan:
+        """Return the plan with `turn`, so that the tilt of the tool can be told.
+
+        Raises:
+            ImpactPlanError: if there are no contact points, or the robot has another number of joints.
+        """
+        if not self.contacts:
+            raise ImpactPlanError("contacts", "are empty: give some, they tell the tool and the surface")
+        if len(robot.joint_names) != self.n:
+            raise ImpactPlanError("q_d", f"has {self.n} joints, but {robot.name} has {len(robot.joint_names)}")
+        J, axes = self.at_tool(robot)
+        return replace(self, turn=axes[1:] @ J[3:])
+
+    def at_tool(self, robot: Robot) -> tuple[Array, Array]:
+        """Return the Jacobian (6, n) of the tool at q_d, and the surface's normal, first and second axis (3, 3).
+
+        The first axis in the surface is the base axis that lies flattest in it, the second one completes a
+        right-handed frame (first axis, normal, second axis).
+        """
+        contact = self.contacts[0]
+        point: Array = np.mean([c.point_m for c in self.contacts if c.link == contact.link], axis=0)
+        frame = Frame(contact.link, np.eye(3), point)
+        J = Dynamics(replace(robot, frames={**robot.frames, "contact": frame})).jacobian(self.q_d, "contact")
+        n = contact.normal
+        base = np.eye(3)[int(np.argmin(np.abs(n)))]
+        first = base - (base @ n) * n
+        first /= np.linalg.norm(first)
+        return J, np.stack([n, first, np.cross(first, n)])
 
     @classmethod
     def from_recordings(

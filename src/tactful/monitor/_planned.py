@@ -57,6 +57,8 @@ class Planned:
         observed: bool,
         causes: ImpactCauses | None = None,
     ) -> None:
+        if plan.contacts and plan.turn is None:
+            plan = plan.with_turn(robot)
         self.plan = plan
         self.cause: ImpactCause | None = None
         self._robot, self._causes = robot, causes

@@ -10,26 +10,30 @@ from tactful.cli._app import main
 from tactful.errors import TactfulError
 from tactful.simulation.planar import PlanarConfig
 from tactful.studies.aim_aware import _summary, aim_aware_study, cases
+from tactful.studies.aim_aware._variants import FRICTION, variants
 
 
-@pytest.fixture
-def _small(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a study of a small part of the sweep, by the command line."""
     few = cases([80.0], [0.3], np.arange(-6.0, 6.1, 1.0))
-    for name in ("training", "held_out", "paper_grid"):
-        monkeypatch.setattr(_summary, name, lambda *arguments: few)
-    every = list(_summary.variants(PlanarConfig()))
-    monkeypatch.setattr(_summary, "variants", lambda base: [every[0], every[-2]])
+    every = [variant for variant in variants(PlanarConfig()) if variant.name in ("as assumed", FRICTION)]
+    out = tmp_path_factory.mktemp("aim-aware")
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("training", "held_out", "paper_grid"):
+            patch.setattr(_summary, name, lambda *arguments: few)
+        for name in ("_TRIALS", "_TRIALS_VARIANT"):
+            patch.setattr(_summary, name, 4)
+        patch.setattr(_summary, "variants", lambda base: every)
+        assert main(["study", "aim-aware", "--jobs", "1", "--out", str(out)]) == 0
+    return out
 
 
-@pytest.mark.usefixtures("_small")
-def test_writes_figures_tables_and_pictures(tmp_path: Path) -> None:
+def test_summary_has_what_others_read(study: Path) -> None:
     """The keys are what others read; the numbers are those of a small part of the sweep."""
-    shares: list[float] = []
-    summary = aim_aware_study(tmp_path, progress=shares.append)
-    assert shares[-1] == pytest.approx(1.0)
-    stored = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
-    assert stored == json.loads(json.dumps(summary))
-    for group in ("table1", "tuned"):
+    stored = json.loads((study / "summary.json").read_text(encoding="utf-8"))
+    assert {"cpu_s", "inclination_mae_deg", "robustness"} <= set(stored)
+    for group in ("table1", "tuned", "tilt"):
         for name in ("strict", "medium", "wide"):
             found = stored[group][name]
             for part in (found, found["held_out"]):
@@ -38,18 +42,32 @@ def test_writes_figures_tables_and_pictures(tmp_path: Path) -> None:
         low, high = stored["tuned"][name]["band_deg"]
         assert low <= -B
         assert high >= B
-    assert {"cpu_s", "inclination_mae_deg", "robustness"} <= set(stored)
+        assert stored["tilt"][name]["band_deg"] == [-B, B]
     assert stored["inclination_mae_deg"] < 1.0
-    assert "Tab. 1 verbatim" in (tmp_path / "tables.md").read_text(encoding="utf-8")
+    assert [row["variant"] for row in stored["robustness"]] == ["as assumed", FRICTION]
+    wait = next(row for row in stored["targets"] if row["what"].startswith("verdict"))
+    assert wait["met"]
+
+
+def test_report_tables_and_pictures(study: Path) -> None:
+    """The report stands alone, with its figures inside."""
+    assert "Tab. 1 verbatim" in (study / "tables.md").read_text(encoding="utf-8")
     for figure in ("fig6.svg", "fig7.svg"):
-        assert (tmp_path / figure).stat().st_size > 5000
+        assert (study / figure).stat().st_size > 5000
+    page = (study / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/svg+xml;base64,") == 2
+    assert "http" not in page
 
 
-@pytest.mark.usefixtures("_small")
-def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The verb prints the targets with what was reached."""
-    assert main(["study", "aim-aware", "--jobs", "1", "--out", str(tmp_path)]) == 0
-    assert "inclination, held out" in capsys.readouterr().out
+def test_evidence_gives_the_rates_again(study: Path) -> None:
+    """Other thresholds can be tried without another simulation."""
+    stored = json.loads((study / "summary.json").read_text(encoding="utf-8"))["tuned"]["wide"]
+    with np.load(study / "evidence.npz") as evidence:
+        needed, cases = evidence["grid_tuned_wide"], evidence["grid_cases"]
+    names = ("e_m_rad_s", "epsilon_rad", "zeta_s", "iota_s")
+    limits = [stored["settings"][name] for name in names]
+    accepted = (needed[:, :4] <= limits).all(axis=1)
+    assert accepted[np.argsort(cases[:, 2])].astype(float).tolist() == stored["rate"]
 
 
 def test_bad_input(tmp_path: Path) -> None:
@@ -58,3 +76,5 @@ def test_bad_input(tmp_path: Path) -> None:
         aim_aware_study(tmp_path, grid="coarse")  # type: ignore[arg-type]
     with pytest.raises(TactfulError, match="seed"):
         aim_aware_study(tmp_path, seed=-1)
+    with pytest.raises(TactfulError, match="jobs"):
+        aim_aware_study(tmp_path, jobs=0)

@@ -70,5 +70,5 @@ def plan_impact(
     contacts = [
         ContactPoint(2, np.array([arm.length_m[2], offset, 0.0]), np.array([0.0, 1.0, 0.0])) for offset in arm.offsets_m
     ]
-    plan = ImpactPlan(task.impact_s, q_d, t, dq, q, contacts=tuple(contacts))
-    return plan, reference
+    turn = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])  # about x, which it cannot, and about z
+    return ImpactPlan(task.impact_s, q_d, t, dq, q, contacts=tuple(contacts), turn=turn), reference

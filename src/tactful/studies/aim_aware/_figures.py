@@ -7,21 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from tactful._plotting import STYLE, matplotlib
 from tactful.classification import AimAware, AimAwareConfig
-from tactful.errors import TactfulError
 from tactful.simulation.planar import PlanarConfig, simulate_impact
 from tactful.studies.aim_aware._summary import R_B_TABLE1, TOLERANCE_DEG, Figures
 
-_STYLE: Any = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6e8eb",
-    "axes.axisbelow": True,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "tactful",
-}
 _BLUE, _LIGHT, _RED, _GREY = "#2e74b5", "#cfe0f1", "#d9534f", "#8a8f98"
 _JOINTS = ("shoulder", "elbow", "wrist")
 
@@ -32,15 +22,11 @@ def pictures(summary: Figures, planar: PlanarConfig, folder: Path) -> list[Path]
     Raises:
         TactfulError: if matplotlib is missing.
     """
-    try:
-        import matplotlib as mpl
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise TactfulError('the figures need matplotlib: pip install "tactful[plot]"') from None
+    mpl = matplotlib()
     files = []
-    with mpl.rc_context(_STYLE):
-        for name, size in (("fig7", (9.0, 5.0)), ("fig6", (9.0, 4.6))):
-            figure = Figure(figsize=size, layout="constrained")
+    with mpl.rc_context(STYLE):
+        for name, size in (("fig7", (9.0, 7.2)), ("fig6", (9.0, 4.6))):
+            figure = mpl.figure.Figure(figsize=size, layout="constrained")
             if name == "fig7":
                 _rates(figure, summary)
             else:
@@ -51,8 +37,9 @@ def pictures(summary: Figures, planar: PlanarConfig, folder: Path) -> list[Path]
 
 
 def _rates(figure: Any, summary: Figures) -> None:
-    rows = figure.subplots(2, 3, sharex=True, sharey=True)
-    for axes, (group, title) in zip(rows, (("table1", "Tab. 1"), ("tuned", "tuned")), strict=True):
+    groups = (("table1", "Tab. 1"), ("tuned", "tuned"), ("tilt", "with tilt"))
+    rows = figure.subplots(3, 3, sharex=True, sharey=True)
+    for axes, (group, title) in zip(rows, groups, strict=True):
         for ax, (name, tolerance) in zip(axes, TOLERANCE_DEG.items(), strict=True):
             found = summary[group][name]
             beta = np.array(found["beta_deg"])
