@@ -70,10 +70,11 @@ class Window:
         page: the page, as Playwright has it.
         errors: what the console said that is an error, and exceptions.
         requests: what the page asked for.
+        sharpness: pixels that are drawn for one of the window's.
     """
 
-    def __init__(self, page: Any) -> None:
-        self.page = page
+    def __init__(self, page: Any, sharpness: float) -> None:
+        self.page, self.sharpness = page, sharpness
         self.errors: list[str] = []
         self.requests: list[str] = []
         page.set_default_timeout(_WAIT_MS)
@@ -120,10 +121,33 @@ class Window:
         x = box["x"] + box["width"] / 2 + scale * (away @ right)
         return float(x), float(box["y"] + box["height"] / 2 - scale * (away @ np.cross(right, ahead)))
 
+    def time_s(self) -> float:
+        """Return the robot's time that the page shows [s]."""
+        said = self.page.locator("[data-tactful=details]").inner_text()
+        found = re.match(r"([\d.]+) s", said)
+        return float(found.group(1)) if found else -1.0
+
+    def click(self, name: str) -> None:
+        """Click a button while the mouse is elsewhere."""
+        self.page.get_by_role("button", name=name, exact=True).first.dispatch_event("click")
+
     def shot(self, name: str) -> None:
-        """Keep a picture where TACTFUL_SHOTS names a folder."""
-        if folder := os.environ.get("TACTFUL_SHOTS"):
-            self.page.screenshot(path=Path(folder) / f"{name}.png")
+        """Keep a picture where TACTFUL_SHOTS names a folder, in all its pixels; for that, time stands still."""
+        folder = os.environ.get("TACTFUL_SHOTS")
+        if not folder:
+            return
+        running = self.page.get_by_role("button", name="Pause", exact=True).count()
+        if running:
+            self.click("Pause")
+        self.page.evaluate("document.querySelectorAll('[class*=Notification-root]').forEach(e => e.remove())")
+        screen = self.page.context.new_cdp_session(self.page)
+        size = {"width": 1280, "height": 800, "mobile": False}
+        screen.send("Emulation.setDeviceMetricsOverride", {**size, "deviceScaleFactor": 1.0})
+        self.page.wait_for_timeout(4000)
+        self.page.screenshot(path=Path(folder) / f"{name}.png", timeout=_WAIT_MS)
+        screen.send("Emulation.setDeviceMetricsOverride", {**size, "deviceScaleFactor": self.sharpness})
+        if running:
+            self.click("Go on")
 
 
 @contextmanager
@@ -146,6 +170,6 @@ def window(folder: Path, *, sharpness: float = 0.4) -> Iterator[Window]:
             device_scale_factor=sharpness,
         )
         try:
-            yield Window(context.pages[0])
+            yield Window(context.pages[0], sharpness)
         finally:
             context.close()

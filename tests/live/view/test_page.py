@@ -23,22 +23,27 @@ SPEED = 0.2
 
 
 def drag_along(shown: Window) -> None:
-    """Take hold of the wrist while it goes along +y, and draw it further that way."""
+    """Stop time while the wrist goes along +y, take hold of it, and draw it further that way."""
     plan = workshop(np.random.default_rng(0)).plan
     while True:
-        t = float(re.search(r"([\d.]+) s · the arm", shown.page.content()).group(1))  # type: ignore[union-attr]
-        if 0.8 < t % 7.0 < 1.6:
+        while not 0.5 < shown.time_s() % 7.0 < 1.6:
+            time.sleep(0.05)
+        shown.click("Pause")
+        shown.page.get_by_role("button", name="Go on").wait_for()
+        time.sleep(2.0)  # until the arm is drawn where it stands
+        if 0.5 < (t := shown.time_s()) % 7.0 < 2.2:
             break
-        time.sleep(0.05)
-    wrist = plan(t + 0.1).position_m + np.array([0.0, 0.0, 0.14])
+        shown.click("Go on")
+        shown.page.get_by_role("button", name="Pause").wait_for()
+    wrist = plan(t).position_m + np.array([0.0, 0.0, 0.14])
     mouse = shown.page.mouse
     mouse.move(*shown.pixel(wrist))
     mouse.down()
     mouse.move(*shown.pixel(np.add(wrist, (0.0, 0.05, 0.0))), steps=2)
     mouse.move(*shown.pixel(np.add(wrist, (0.0, 0.25, 0.0))), steps=6)
+    shown.click("Go on")
     shown.contact("cooperation").wait_for()
-    time.sleep(3.0)
-    shown.shot("drag")
+    shown.shot("live_drag")
     mouse.up()
 
 
@@ -60,7 +65,7 @@ def test_touch_record_and_replay(tmp_path: Path) -> None:
             evidence = shown.page.locator("[data-tactful=evidence]")
             assert "against the motion" in evidence.inner_text()
             assert re.search(r"p = [01]\.\d\d", evidence.inner_text())
-            shown.shot("collision")
+            shown.shot("live_collision")
             shown.page.get_by_role("button", name="Stop recording").click()
             shown.page.get_by_role("button", name="Record").wait_for()
             assert process.poll() is None

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import multiprocessing
-import threading
 import socket
+import threading
 from pathlib import Path
 
 import numpy as np

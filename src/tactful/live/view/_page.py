@@ -187,11 +187,12 @@ class Page:
         chip = (
             f"background:{COLOURS[kind]};color:#fff;border-radius:6px;padding:7px 12px;font-size:19px;font-weight:600"
         )
+        small = "color:#7b8a97;font-size:12px;line-height:1.4"
         self._state.content = (
             f"<div style='padding:2px 0 6px'><div data-tactful='state' aria-live='polite' style='{chip}'>"
             f"{html.escape(words)}</div><div style='color:#3b4a57;font-size:12.5px;margin-top:6px'>"
             f"{html.escape(robot)} · {html.escape(self._setup.source)}</div>"
-            f"<div style='color:#7b8a97;font-size:12px;line-height:1.4'>{html.escape(details)}</div></div>"
+            f"<div data-tactful='details' style='{small}'>{html.escape(details)}</div></div>"
         )
 
     def _due(self, what: str, per_s: float) -> bool:
