@@ -10,7 +10,14 @@ import numpy as np
 import pytest
 
 from tactful import MonitorConfig
-from tactful.classification import AdditiveModel, LearnedClassifier, LearnedConfig, ModelError
+from tactful.classification import (
+    AdditiveModel,
+    KinestheticClassifier,
+    KinestheticConfig,
+    LearnedClassifier,
+    LearnedConfig,
+    ModelError,
+)
 from tactful.config import ConfigError
 from tests.classification._onsets import at_tip, moving, touched
 
@@ -80,11 +87,29 @@ def test_a_higher_threshold_never_makes_cooperation_of_a_collision(p: float) -> 
         assert helped == sorted(helped, reverse=True)
 
 
-def test_without_torque_a_contact_stays_a_contact_and_says_why() -> None:
-    """In paper mode the rules are for use, not the learned classifier."""
-    verdict = LearnedClassifier(model()).classify(touched(at_tip([0, -10, 0]), np.zeros(7), torque_change_nm=None))
-    assert verdict.kind == "contact"
-    assert "needs the fast detector" in verdict.evidence[0].text
+def test_what_a_model_cannot_tell_the_rules_do() -> None:
+    """In paper mode, or where only a wrench is known, a contact must not stay unclassified."""
+    onset = touched(at_tip([0, -10, 0]), moving([0, 0.2, 0]), torque_change_nm=None)
+    for rules in (KinestheticClassifier(), KinestheticClassifier(KinestheticConfig(rule="angle"))):
+        verdict, expected = LearnedClassifier(model(), otherwise=rules).classify(onset), rules.classify(onset)
+        assert (verdict.kind, verdict.confidence) == (expected.kind, expected.confidence)
+
+
+def test_the_built_in_model_is_read_and_looks_nowhere_in_particular() -> None:
+    """It is a file of the package, and must not lean on where people touch the arm of a simulation."""
+    built_in = LearnedClassifier().model
+    assert not built_in.with_location
+    assert len(built_in.figures["scenes"]) >= 4
+    assert built_in.provenance["made_by"].endswith("python -m benchmarks.classifier")
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-6, 1e3])
+def test_the_built_in_model_tells_any_contact(scale: float) -> None:
+    """However weak, strong, slow or fast: when it is asked last it tells a kind, with a probability of at least 1/2."""
+    onset = touched(scale * at_tip([3, -10, 5]), scale * moving([0.01, 0.2, 0]))
+    verdict = LearnedClassifier().classify(onset)
+    assert verdict.kind in ("collision", "cooperation")
+    assert 0.5 <= verdict.confidence <= 1
 
 
 def test_a_model_reads_back_as_it_was(tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """The verbs `train` and `tune`, on files."""
 
+import io
 import shutil
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,19 +43,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def model(folder: Path) -> Path:
-    """What `train` makes of them."""
-    target = folder / "model.npz.trained"
-    words = ["train", str(folder), "--config", str(folder / "settings.toml"), "-o", str(target)]
-    assert main(words) == 0
-    return target
+def trained(folder: Path) -> tuple[Path, str]:
+    """What `train` makes of them, and what it says."""
+    target, said = folder / "model.npz.trained", io.StringIO()
+    words = ["train", str(folder), "--config", str(folder / "settings.toml"), "-o", str(target), "--without-location"]
+    with redirect_stdout(said):
+        assert main(words) == 0
+    return target, " ".join(said.getvalue().split())
 
 
 def test_from_recordings_to_a_monitor_that_uses_the_model(
-    folder: Path, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    folder: Path, trained: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The way of a user: train, tune on what is at hand, monitor with the result, which explains itself."""
-    shutil.copy(model, tmp_path / "model.npz")
+    shutil.copy(trained[0], tmp_path / "model.npz")
     tuned = tmp_path / "tuned.toml"
     words = [
         "tune",
@@ -74,15 +77,13 @@ def test_from_recordings_to_a_monitor_that_uses_the_model(
     assert "probability of cooperation" in " ".join(capsys.readouterr().out.split())
 
 
-def test_what_train_says(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_train_says(trained: tuple[Path, str]) -> None:
     """How good it is on operators that it has not seen, with intervals."""
-    words = ["train", str(folder), "--config", str(folder / "settings.toml"), "-o", str(tmp_path / "model.npz")]
-    assert main([*words, "--without-location"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
+    path, said = trained
     assert "trained on 12 collisions and 12 cooperations; held out by operator" in said
     for name in ("accuracy", "specificity", "sensitivity", "spurious cooperation", "operator a", "operator b"):
         assert f"{name} " in said
-    assert not LearnedClassifier(tmp_path / "model.npz").model.with_location
+    assert not LearnedClassifier(path).model.with_location
 
 
 def test_where_the_bound_cannot_be_kept_nothing_is_written(

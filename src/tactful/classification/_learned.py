@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,14 +13,22 @@ from pydantic import Field
 
 from tactful.classification._additive import AdditiveModel
 from tactful.classification._features import FEATURES, measured
+from tactful.classification._kinesthetic import KinestheticClassifier
 from tactful.classification._onset import Onset
-from tactful.classification._verdict import Evidence, Verdict
+from tactful.classification._verdict import Classifier, Evidence, Verdict
 from tactful.config import Config
 
 _TOLD = 4
 """How many features an event lists, at most."""
 _LEAST = 0.1
 """Least contribution to the log odds that is worth a line."""
+
+
+@cache
+def built_in() -> AdditiveModel:
+    """Return the model that is part of Tactful, trained on simulated contacts of many kinds, see its `provenance`."""
+    with resources.as_file(resources.files("tactful.classification") / "contacts.npz") as file:
+        return AdditiveModel.load(file)
 
 
 class LearnedConfig(Config):
@@ -48,26 +58,35 @@ class LearnedClassifier:
     calibrated probability of the kind that is told. The evidence is the probability, and the features that added most
     to its log odds: each with its value, and by how much it spoke for which kind.
 
-    It needs the fast detector, joint torques and joint positions; without them a contact stays unclassified.
+    It needs the fast detector, joint torques and joint positions; without them the rules tell what a contact is.
 
     Args:
-        model: the model, or the path of its file.
+        model: the model, or the path of its file; None takes `built_in`.
         config: how it decides.
+        otherwise: what tells a contact of which not enough is known; by default a `KinestheticClassifier`.
 
     Raises:
         ModelError: if the file is no model.
     """
 
-    def __init__(self, model: AdditiveModel | str | Path, config: LearnedConfig | None = None) -> None:
+    def __init__(
+        self,
+        model: AdditiveModel | str | Path | None = None,
+        config: LearnedConfig | None = None,
+        *,
+        otherwise: Classifier | None = None,
+    ) -> None:
+        if model is None:
+            model = built_in()
         self.model = model if isinstance(model, AdditiveModel) else AdditiveModel.load(model)
         self.config = config or LearnedConfig()
+        self.otherwise = otherwise or KinestheticClassifier()
 
     def classify(self, onset: Onset) -> Verdict:
         """Return collision or cooperation, or contact as long as the evidence does not suffice."""
         values = measured(onset, self.model.features)
         if values is None:
-            text = "unclassified: the learned classifier needs the fast detector, joint torques and positions"
-            return Verdict("contact", 0.5, (Evidence("no features", None, None, text),))
+            return self.otherwise.classify(onset)
         p = self.model.probability(values, int(onset.in_collision))
         kind = self.config.kind(p, last=not self._asked_again(onset))
         if kind is None:

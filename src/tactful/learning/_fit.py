@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -101,10 +103,21 @@ def fit(rows: Rows) -> Curves:
     The log odds that the models of the folds give to the groups that they have not seen are scaled to probabilities
     (J. Platt 1999): the scale that makes these right is applied to the model of all groups.
     """
-    scores = [_held_out(rows, strength) for strength in _STRENGTHS]
-    losses = [_loss(score, rows) for score in scores]
-    best = int(np.argmin(losses))
-    return _solved(rows, _STRENGTHS[best]).scaled(*_platt(scores[best], rows))
+    with _one_thread(), warnings.catch_warnings():
+        # separable kinds leave Newton's line search nothing to improve on; another solver goes on by itself then
+        warnings.filterwarnings("ignore", "Line search of Newton solver")
+        scores = [_held_out(rows, strength) for strength in _STRENGTHS]
+        losses = [_loss(score, rows) for score in scores]
+        best = int(np.argmin(losses))
+        return _solved(rows, _STRENGTHS[best]).scaled(*_platt(scores[best], rows))
+
+
+def _one_thread() -> AbstractContextManager[Any]:
+    """Keep the linear algebra in one thread: for matrices as small as these, others cost five times what they bring."""
+    _learner()
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(1)
 
 
 def _held_out(rows: Rows, strength: float) -> Array:
@@ -128,11 +141,15 @@ def _platt(score: Array, rows: Rows) -> tuple[float, float]:
 
 
 def _regression(strength: float) -> Any:
+    return _learner()(C=strength, solver="newton-cholesky", max_iter=100)
+
+
+def _learner() -> Any:
     try:
         from sklearn.linear_model import LogisticRegression
     except ImportError:
         raise TactfulError('training needs scikit-learn: pip install "tactful[learn]"') from None
-    return LogisticRegression(C=strength, solver="newton-cholesky", max_iter=100)
+    return LogisticRegression
 
 
 def _solved(rows: Rows, strength: float) -> Curves:

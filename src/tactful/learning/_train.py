@@ -37,6 +37,7 @@ class Training:
         sensitivity: cooperations that were.
         spurious: collisions that were called cooperation then, when they were found or later.
         per_operator: accuracy on the recordings of each operator; empty where the recordings do not name any.
+        told: what was told of each decision when it was held out, in their order.
         decided_s: mean time from the detection to the decision [s].
         importance: mean magnitude of what each feature adds to the log odds, the largest first.
     """
@@ -50,6 +51,7 @@ class Training:
     sensitivity: Share
     spurious: Share
     per_operator: Mapping[str, Share]
+    told: tuple[str, ...]
     decided_s: float
     importance: Mapping[str, float]
 
@@ -147,6 +149,7 @@ def train(
         collisions=counts["collision"],
         cooperations=counts["cooperation"],
         per_operator=per_operator,
+        told=tuple(kind for kind, _ in told),
         decided_s=float(np.mean([since_s for _, since_s in told])),
         importance=_importance(curves, rows, names),
         **figures,

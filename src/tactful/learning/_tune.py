@@ -93,8 +93,8 @@ class Tuning:
         assert self.chosen is not None
         section, key = self.candidates.section, self.candidates.key
         update: dict[str, Any] = {section: getattr(config, section).model_copy(update={key: self.value})}
-        if section == "learned":
-            update["classifier"] = os.path.relpath(config.classifier, folder)
+        if config.classifier_file is not None:
+            update["classifier"] = os.path.relpath(config.classifier_file, folder)
         wrong, hits = self.misclassified[self.chosen], self.sensitivity[self.chosen]
         about = {
             "made_by": f"tactful {__version__} tune",

@@ -24,7 +24,7 @@ from tactful.robots import Robot
 from tactful.signals import largest_band_hz
 
 Source = Literal["tau", "tau_ext", "wrench"]
-_RULES = "kinesthetic"
+_RULES, _LEARNED = "kinesthetic", "learned"
 
 
 class LinkConfig(Config):
@@ -108,9 +108,10 @@ class MonitorConfig(Config):
     noise: NoiseConfig = NoiseConfig()
     frequency: FrequencyConfig = FrequencyConfig()
     contact: ContactConfig = ContactConfig()
-    classifier: str = _RULES
-    """What tells the kind of a contact: the rules of the kinesthetic paper, or the file of a model that `tactful train`
-    wrote; its path is relative to the file of the configuration."""
+    classifier: str = _LEARNED
+    """What tells the kind of a contact: "learned", the model that is part of Tactful, "kinesthetic", the rules of the
+    paper, or the file of a model that `tactful train` wrote; its path is relative to the file of the configuration. The
+    rules also tell what a model cannot: all contacts in paper mode, and those where only a wrench is known."""
     isolation: IsolationConfig = IsolationConfig()
     kinesthetic: KinestheticConfig = KinestheticConfig()
     learned: LearnedConfig = LearnedConfig()
@@ -126,9 +127,9 @@ class MonitorConfig(Config):
             ConfigError: if the file cannot be read, is not TOML, or has an unknown key or a value that is not allowed.
         """
         config = cls.from_toml(path)
-        if config.classifier == _RULES:
+        if config.classifier_file is None:
             return config
-        return config.model_copy(update={"classifier": str(Path(path).parent / config.classifier)})
+        return config.model_copy(update={"classifier": str(Path(path).parent / config.classifier_file)})
 
     def save(self, path: str | Path) -> None:
         """Write what differs from the defaults to a TOML file, which `load` reads, all at once or not at all.
@@ -149,6 +150,11 @@ class MonitorConfig(Config):
         finally:
             partial.unlink(missing_ok=True)
 
+    @property
+    def classifier_file(self) -> str | None:
+        """The file that `classifier` names; None for those that are part of Tactful."""
+        return None if self.classifier in (_LEARNED, _RULES) else self.classifier
+
     def load_classifier(self) -> KinestheticClassifier | LearnedClassifier:
         """Return what `classifier` names.
 
@@ -156,12 +162,14 @@ class MonitorConfig(Config):
             ConfigError: if it names no file.
             ModelError: if the file is no classifier.
         """
+        rules = KinestheticClassifier(self.kinesthetic)
         if self.classifier == _RULES:
-            return KinestheticClassifier(self.kinesthetic)
-        if not Path(self.classifier).is_file():
-            problem = f"there is no file {self.classifier!r}: give the path of a model, or {_RULES!r}"
-            raise ConfigError("monitor", "classifier", problem, self.classifier)
-        return LearnedClassifier(self.classifier, self.learned)
+            return rules
+        file = self.classifier_file
+        if file is not None and not Path(file).is_file():
+            problem = f"there is no file {file!r}: give the path of a model, {_LEARNED!r} or {_RULES!r}"
+            raise ConfigError("monitor", "classifier", problem, file)
+        return LearnedClassifier(file, self.learned, otherwise=rules)
 
     def fitted_to(self, rate_hz: float) -> Self:
         """Return this configuration for another sampling rate; within 5 % it stays what it is.
