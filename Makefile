@@ -21,7 +21,7 @@ install = $(1) -m pip install $(2) 2> $(1)-pip.log \
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-12s %s\n", $$1, $$2}' Makefile
 
-demo: $(RUNTIME) ## monitor a simulated arm while it is touched
+demo: $(RUNTIME) ## monitor a simulated arm that gets stuck, is helped, and then does it alone
 	@$(BIN)/tactful demo
 
 test: $(DEV) ## run the tests
@@ -43,8 +43,9 @@ format: $(DEV) ## mend what the linter can mend
 bench: $(DEV) ## measure speed against the stated bounds
 	@$(BIN)/python -m benchmarks
 
-studies: $(DEV) ## run the experiments in simulation into build/studies (isolation: some minutes on two cores)
+studies: $(DEV) ## run the experiments in simulation into build/studies (below half an hour on two cores)
 	@$(BIN)/tactful study isolation --out build/studies/isolation
+	@$(BIN)/tactful study kinesthetic --out build/studies/kinesthetic
 	@$(BIN)/tactful study reactions --out build/studies/reactions
 
 docs: export NO_MKDOCS_2_WARNING := 1
@@ -69,6 +70,8 @@ $(BIN)/python:
 
 $(RUNTIME): pyproject.toml constraints.txt | $(BIN)/python
 	@printf "installing into $(VENV):"; $(call install,$(BIN)/python,-c constraints.txt -e ".[all]")
+	@$(BIN)/python -m pip install -q -c constraints.txt -e ".[teach]" 2> $(BIN)/python-pip.log \
+	  || echo "without what needs a C compiler (movement_primitives), the demo ends before the lesson is applied" >&2
 	@touch $@
 
 $(DEV): pyproject.toml constraints.txt | $(BIN)/python

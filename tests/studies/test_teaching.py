@@ -38,7 +38,7 @@ def test_figures_count_what_they_say() -> None:
         made("side", before=False, after=True, told=True),
         made("top", before=False, after=False, told=False),
     ]
-    summary = summarise({"clean": rows}, 0, None)
+    summary = summarise({"clean": rows}, 0, "rules")
     figures = summary["presets"]["clean"]
     assert (figures["all"]["before"]["count"], figures["all"]["after"]["count"]) == (1, 2)
     assert figures["helped"] == 2
@@ -54,6 +54,6 @@ def test_bad_input_is_told(wrong: dict[str, int], named: str, tmp_path: Path) ->
     """A slip in an option ends in one line, before anything is computed."""
     with pytest.raises(TactfulError, match=named):
         teaching_study(tmp_path / "out", **wrong)  # type: ignore[arg-type]
-    with pytest.raises(TactfulError, match="no such model"):
-        teaching_study(tmp_path / "out", classifier=tmp_path / "none.npz")
+    with pytest.raises(TactfulError, match="neither learned nor rules"):
+        teaching_study(tmp_path / "out", classifier=str(tmp_path / "none.npz"))
     assert not (tmp_path / "out").exists()

@@ -3,6 +3,7 @@
 import shlex
 import time
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from tactful.cli._demo_impact import demo_impact
 from tactful.cli.monitor import KIND_STYLES
 from tactful.errors import TactfulError
 
@@ -22,7 +24,7 @@ _EARLY_S = 0.05
 """How much earlier than the touch a detection may come that still belongs to it [s]."""
 
 
-def demo(*, out: Path = Path("tactful-demo"), seed: int = 0) -> int:
+def demo(*, out: Path = Path("tactful-demo"), seed: int = 0, impact: bool = False) -> int:
     """Monitor a simulated arm while it runs into a box, while a hand helps it, and while it does what it was shown.
 
     A Panda with a peg under compliant control moves in MuJoCo; the monitor gets its joint positions, velocities and
@@ -32,6 +34,7 @@ def demo(*, out: Path = Path("tactful-demo"), seed: int = 0) -> int:
     Args:
         out: The folder for the recordings and the picture.
         seed: Where box and arm stand, how the hand leads, and the noise of the sensors.
+        impact: Show planned impacts of a planar arm instead, one as expected and one not.
 
     Returns:
         0, or 1 if samples had to be skipped or the peg was not inserted.
@@ -42,6 +45,8 @@ def demo(*, out: Path = Path("tactful-demo"), seed: int = 0) -> int:
 
     if seed < 0:
         raise TactfulError(f"--seed is {seed}: it is a whole number from 0 on")
+    if impact:
+        return demo_impact(out, seed)
     out.mkdir(parents=True, exist_ok=True)
     console = Console(highlight=False)
     with console.status("building the cell; the first time ever, kernels are compiled for about 30 s"):
@@ -69,19 +74,25 @@ def demo(*, out: Path = Path("tactful-demo"), seed: int = 0) -> int:
         )
 
     first = lesson.execute(lesson.plan, lesson.end_s, watches[0], helped=True, on_event=show)
-    console.print("\nWhat the hand showed is merged into the reference, which is executed again, without help.")
-    latest.clear()
-    taught = merge(lesson.plan, first.reactor.taught, lesson.robot, lesson.scene.q)
-    again = lesson.execute(taught.pose, taught.end_s, watches[1], helped=False, on_event=show)
+    executions = {"The first execution": first}
+    if find_spec("movement_primitives") is None:
+        console.print('\nTo execute what the hand showed: pip install "tactful\\[teach]"')
+    else:
+        console.print("\nWhat the hand showed is merged into the reference, and that is executed without help.")
+        latest.clear()
+        taught = merge(lesson.plan, first.reactor.taught, lesson.robot, lesson.scene.q)
+        again = lesson.execute(taught.pose, taught.end_s, watches[1], helped=False, on_event=show)
+        executions["The next one"] = again
     took = time.perf_counter() - begin
-    console.print(
-        f"[dim]{first.cell.t + again.cell.t:.1f} s of the arm at 1000 Hz, simulated and monitored in {took:.1f} s[/dim]"
-    )
-    for title, execution in (("The first execution", first), ("The next one", again)):
-        console.print(Text(f"\n{title}: {_outcome(execution)}"))
+    robot_s = sum(execution.cell.t for execution in executions.values())
+    console.print(f"[dim]{robot_s:.1f} s of the arm at 1000 Hz, simulated and monitored in {took:.1f} s[/dim]")
+    for title, execution in executions.items():
+        console.print(Text(f"\n{title}: {_outcome(execution)}"), soft_wrap=True)
         console.print(_table(list(execution.events), execution))
-    _show_files(first.cell.recording(), again.cell.recording(), out, config, console)
-    return int(any(watch.health.degraded for watch in watches) or not again.inserted)
+    recordings = [execution.cell.recording() for execution in executions.values()]
+    _show_files(recordings, out, config, console)
+    degraded = any(watch.health.degraded for watch in watches)
+    return int(degraded or not all(execution.inserted for execution in executions.values()))
 
 
 def _outcome(execution: "Execution") -> str:
@@ -162,19 +173,16 @@ def _said(event: "ContactEvent", touch_s: float) -> tuple[str | Text, ...]:
     )
 
 
-def _show_files(
-    recording: "Recording", taught: "Recording", out: Path, settings: "MonitorConfig", console: Console
-) -> None:
+def _show_files(recordings: list["Recording"], out: Path, settings: "MonitorConfig", console: Console) -> None:
     from tactful.monitor import Monitor
     from tactful.recordings import Recording
 
     file, picture = out / "demo.csv", out / "demo.png"
-    recording.save(file)
-    taught.save(out / "taught.csv")
-    saved = [
-        f"{file}  positions, velocities and torques; the truth is beside it, in {file.name}.labels.json",
-        f"{out / 'taught.csv'}  the same of the next execution",
-    ]
+    recordings[0].save(file)
+    saved = [f"{file}  positions, velocities and torques; the truth is beside it, in {file.name}.labels.json"]
+    for recording in recordings[1:]:
+        recording.save(out / "taught.csv")
+        saved.append(f"{out / 'taught.csv'}  the same of the next execution")
     try:
         Monitor(config=settings).run(Recording.read(file), trace=True).plot(picture)
         saved.append(f"{picture}  what the monitor saw: forces, their level, states")

@@ -148,7 +148,7 @@ def kinesthetic(*, episodes: int = 180, seed: int = 0, jobs: int = 2, scheduler:
 
 
 @study.command
-def teaching(*, seeds: int = 60, seed: int = 0, jobs: int = 2, classifier: Path | None = None, out: Path) -> None:
+def teaching(*, seeds: int = 60, seed: int = 0, jobs: int = 2, classifier: str = "learned", out: Path) -> None:
     """Measure how often an arm inserts its peg before and after one correction by hand.
 
     References that fail are executed; the monitor tells the collision and the hand that helps, online; what the hand
@@ -160,7 +160,7 @@ def teaching(*, seeds: int = 60, seed: int = 0, jobs: int = 2, classifier: Path 
         seeds: Executions to try, with each preset of the sensors.
         seed: What everything is drawn from.
         jobs: Number of processes.
-        classifier: A model of `tactful train` that tells the kinds of contacts; without, the rules do.
+        classifier: What tells the kinds of contacts: learned, rules, or a model of `tactful train`.
         out: Folder for the results.
     """
     from tactful.studies.teaching import teaching_study

@@ -17,6 +17,8 @@ from tactful.studies.teaching._summary import Figures, summarise
 from tactful.studies.teaching._tables import tables
 from tactful.studies.teaching._trials import Trial, draw_trials, trial
 
+_NAMED = ("learned", "rules")
+
 
 def teaching_study(
     out: Path,
@@ -25,7 +27,7 @@ def teaching_study(
     seed: int = 0,
     jobs: int = 1,
     presets: Sequence[SensorPreset] = ("clean", "panda"),
-    classifier: Path | None = None,
+    classifier: str = "learned",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Figures:
     """Measure how often the peg is inserted before and after one correction by hand; the seed decides the result.
@@ -38,7 +40,7 @@ def teaching_study(
         seed: what everything is drawn from.
         jobs: number of processes.
         presets: of the sensors.
-        classifier: a model of `tactful train` that tells the contacts' kinds; None is the rules.
+        classifier: what tells the contacts' kinds: `learned`, `rules`, or a model of `tactful train`.
         progress: is told the share that is done.
 
     Returns:
@@ -50,8 +52,8 @@ def teaching_study(
     for name, value, least in (("seeds", seeds, 1), ("jobs", jobs, 1), ("seed", seed, 0)):
         if value < least:
             raise TactfulError(f"{name} is {value}: it has to be at least {least}")
-    if classifier is not None and not classifier.is_file():
-        raise TactfulError(f"{classifier}: there is no such model; `tactful train` makes one")
+    if classifier not in _NAMED and not Path(classifier).is_file():
+        raise TactfulError(f"classifier {classifier!r}: is neither {' nor '.join(_NAMED)} nor a model's file")
     out.mkdir(parents=True, exist_ok=True)
     settings = {sensors: _settings(sensors, seed, classifier, out) for sensors in presets}
     work = [(sensors, spec) for sensors in presets for spec in draw_trials(seeds, seed, sensors)]
@@ -69,14 +71,14 @@ def teaching_study(
     trials: dict[str, list[Trial]] = {sensors: [] for sensors in presets}
     for k, (sensors, _) in enumerate(work):
         trials[sensors].append(rows[k])
-    summary = summarise(trials, seed, None if classifier is None else classifier.name)
+    summary = summarise(trials, seed, Path(classifier).name)
     (out / "summary.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     (out / "tables.md").write_text(tables(summary), encoding="utf-8")
     pictures(summary, trials, out)
     return summary
 
 
-def _settings(sensors: SensorPreset, seed: int, classifier: Path | None, out: Path) -> MonitorConfig:
+def _settings(sensors: SensorPreset, seed: int, classifier: str, out: Path) -> MonitorConfig:
     """Return the settings that an earlier run of the study has left in the folder, or new ones."""
     import tomli_w
 
@@ -84,5 +86,5 @@ def _settings(sensors: SensorPreset, seed: int, classifier: Path | None, out: Pa
     if not file.is_file():
         found = calibrated(sensors, seed).model_dump(mode="json", exclude_defaults=True, exclude_none=True)
         file.write_text(tomli_w.dumps(found), encoding="utf-8")
-    config = MonitorConfig.load(file)
-    return config if classifier is None else config.model_copy(update={"classifier": str(classifier.resolve())})
+    name = classifier if classifier in _NAMED else str(Path(classifier).resolve())
+    return MonitorConfig.load(file).model_copy(update={"classifier": name})

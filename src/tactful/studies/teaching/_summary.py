@@ -14,19 +14,19 @@ from tactful.studies.teaching._trials import TRAJECTORIES, Trial
 Figures = dict[str, Any]
 
 
-def summarise(trials: dict[str, list[Trial]], seed: int, classifier: str | None) -> Figures:
+def summarise(trials: dict[str, list[Trial]], seed: int, classifier: str) -> Figures:
     """Return the figures of a study.
 
     Args:
         trials: by preset of the sensors.
         seed: what they were drawn from.
-        classifier: the model that told the contacts' kinds; None is the rules.
+        classifier: what told the contacts' kinds.
     """
     return {
         "study": "teaching",
         "version": __version__,
         "seed": seed,
-        "classifier": classifier or "rules",
+        "classifier": classifier,
         "presets": {sensors: _of(rows) for sensors, rows in trials.items()},
         "trials": {sensors: [row.to_dict() for row in rows] for sensors, rows in trials.items()},
     }

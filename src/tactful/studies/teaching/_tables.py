@@ -11,7 +11,7 @@ def tables(summary: Figures) -> str:
     """Return the tables of a summary."""
     text = (
         "# Kinesthetic teaching\n\n"
-        f"**From simulation**, seed {summary['seed']}, kinds told by {_teller(summary)}. A reference that leads onto "
+        f"**From simulation**, seed {summary['seed']}, classifier {summary['classifier']}. A reference that leads onto "
         "the border of the hole, against the side of the box or onto its top is executed; where the arm gets stuck, "
         "one of six assumed operators leads the peg into the hole, once; then the merged reference is executed "
         "without help. Brackets: 95 %, Wilson.\n"
@@ -31,10 +31,6 @@ def tables(summary: Figures) -> str:
             f"{_number(figures['peak_after_n']['median'], 0)} N after.\n"
         )
     return text
-
-
-def _teller(summary: Figures) -> str:
-    return "the rules" if summary["classifier"] == "rules" else f"the trained model {summary['classifier']}"
 
 
 def _rate(share: Any) -> str:
