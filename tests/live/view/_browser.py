@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import importlib.util
 import os
 import re
@@ -144,7 +145,8 @@ class Window:
         size = {"width": 1280, "height": 800, "mobile": False}
         screen.send("Emulation.setDeviceMetricsOverride", {**size, "deviceScaleFactor": 1.0})
         self.page.wait_for_timeout(4000)
-        self.page.screenshot(path=Path(folder) / f"{name}.png", timeout=_WAIT_MS)
+        picture = screen.send("Page.captureScreenshot", {"format": "png"})["data"]
+        (Path(folder) / f"{name}.png").write_bytes(base64.b64decode(picture))
         screen.send("Emulation.setDeviceMetricsOverride", {**size, "deviceScaleFactor": self.sharpness})
         if running:
             self.click("Go on")
