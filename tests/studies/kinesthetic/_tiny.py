@@ -24,6 +24,6 @@ def make_tiny(monkeypatch: pytest.MonkeyPatch) -> None:
         return {name: FREE if "free" in name or "calibration" in name else TOUCHED for name in names}
 
     monkeypatch.setattr(_study, "plan", plan)
-    fast = MonitorConfig(robot=PEG, noise={"torque_nm": 0.05, "model_nm": 0.3})
+    fast = MonitorConfig(robot=PEG, classifier="kinesthetic", noise={"torque_nm": 0.05, "model_nm": 0.3})
     monkeypatch.setattr(_summary, "calibrated_monitor", lambda entries, folder, file: fast)
     monkeypatch.setattr(_summary, "trained_monitor", lambda config, *rest, **options: config)

@@ -41,6 +41,7 @@ def paper_monitor(
         values["gamma_deg" if rule == "angle" else "gamma"] = gamma
     config = MonitorConfig(
         mode="paper",
+        classifier="kinesthetic",
         robot=PEG,
         frequency={"threshold_n": threshold_n},
         kinesthetic=KinestheticConfig(rule=rule, **values),
@@ -49,7 +50,7 @@ def paper_monitor(
 
 
 def calibrated_monitor(entries: Sequence[EpisodeEntry], folder: Path, file: Path) -> MonitorConfig:
-    """Return the fast monitor, calibrated on episodes without contact as a user would do it; kept in a file.
+    """Return the fast monitor with the rules, calibrated on motion without contact as users do it; kept in a file.
 
     Raises:
         CalibrationError: if the episodes do not suffice.
@@ -57,7 +58,9 @@ def calibrated_monitor(entries: Sequence[EpisodeEntry], folder: Path, file: Path
     digest = _digest([entry.file for entry in entries])
     if file.is_file() and (config := MonitorConfig.load(file)).provenance.get("study") == digest:
         return config
-    found = calibrate([Recording.read(folder / entry.file) for entry in entries], MonitorConfig(robot=PEG))
+    found = calibrate(
+        [Recording.read(folder / entry.file) for entry in entries], MonitorConfig(robot=PEG, classifier="kinesthetic")
+    )
     provenance = {**found.config.provenance, "recordings": len(entries), "study": digest}
     config = found.config.model_copy(update={"provenance": provenance})
     file.parent.mkdir(parents=True, exist_ok=True)

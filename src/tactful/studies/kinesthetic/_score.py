@@ -28,6 +28,7 @@ def block(rows: Sequence[Row], free: Sequence[Row]) -> dict[str, Any]:
         kind: [match for outcome in outcomes for match in outcome.matches if match.label.kind == kind]
         for kind in ("collision", "cooperation")
     }
+    during = {id(m) for outcome in outcomes for m in outcome.matches if _during_another(m, outcome.matches)}
     per_operator = _per_operator(pairs)
     rates = [share["value"] for share in per_operator.values() if share["value"] is not None]
     block: dict[str, Any] = {
@@ -49,6 +50,11 @@ def block(rows: Sequence[Row], free: Sequence[Row]) -> dict[str, Any]:
         contacts = ContactFigures.of(matches)
         block[f"{kind}_latency_ms"] = _milliseconds(contacts.latency_s)
         block[f"{kind}_latency_from_1_n_ms"] = _milliseconds(contacts.visible_latency_s)
+        alone = ContactFigures.of(match for match in matches if id(match) not in during)
+        block[f"{kind}_alone"] = {
+            "recall": alone.recall.to_dict(),
+            "latency_ms": _milliseconds(alone.latency_s),
+        }
     return block
 
 
@@ -59,13 +65,14 @@ def false_alarms(free: Sequence[Row]) -> Rate:
 
 
 def misses(outcomes: Iterable[Outcome]) -> dict[str, Any]:
-    """Return the contacts that no event found.
+    """Return the contacts that no event found, and how many of them began while something else touched the arm.
 
     A collision that begins while the monitor tells a collision, or a contact, is no miss but more of the same: it is
     `continued`. A cooperation in that case is missed, because nobody learns that a person is there.
     """
     every = list(outcomes)
     matches = [match for outcome in every for match in outcome.matches]
+    during = [m for outcome in every for m in outcome.matches if _during_another(m, outcome.matches)]
     missed = [(outcome, match) for outcome in every for match in outcome.matches if match.event is None]
     continued = [match for outcome, match in missed if _continued(outcome, match)]
     lost = [match for outcome, match in missed if not _continued(outcome, match)]
@@ -76,7 +83,7 @@ def misses(outcomes: Iterable[Outcome]) -> dict[str, Any]:
         "from_6_n": Share(len(strong), total_strong).to_dict(),
         "collisions": sum(match.label.kind == "collision" for match in lost),
         "cooperations": sum(match.label.kind == "cooperation" for match in lost),
-        "during_another": sum(_during_another(match, matches) for match in lost),
+        "during_another": sum(any(match is other for other in during) for match in lost),
         "strongest_n": max((_peak(match) for match in lost), default=None),
         "continued": len(continued),
     }

@@ -97,7 +97,10 @@ def summarise(lab: Laboratory, episodes: int, seed: int, impossible: int) -> Sum
     paper = [paper_monitor(threshold, rule="floored", gamma=gammas["floored"])]
     best, best_without = lab.best("", location=True), lab.best("", location=False)
     said = {name: lab.say(name, monitors, "evaluation") for name, monitors in _rules(threshold, gammas).items()}
-    said["fast, rules"] = lab.say("fast-rules", [lab.calibrated("")], "evaluation")
+    fast = lab.calibrated("")
+    said["fast, rules"] = lab.say("fast-rules", [fast], "evaluation")
+    shipped = fast.model_copy(update={"classifier": "learned"})
+    said["fast, as Tactful comes"] = lab.say("fast-shipped", [shipped], "evaluation")
     main = {
         "paper": _block(lab, "paper", paper),
         "best": _block(lab, "best", best),

@@ -92,6 +92,8 @@ def _compared(key: str, title: str, blocks: Mapping[str, Summary]) -> Table:
         "collision, from 1 N": lambda b: milliseconds(b["collision_latency_from_1_n_ms"]),
         "cooperation, from the touch": lambda b: milliseconds(b["cooperation_latency_ms"]),
         "cooperation, from 1 N": lambda b: milliseconds(b["cooperation_latency_from_1_n_ms"]),
+        "collision that began alone": lambda b: milliseconds(b["collision_alone"]["latency_ms"]),
+        "cooperation that began alone": lambda b: milliseconds(b["cooperation_alone"]["latency_ms"]),
         "missed": lambda b: _count(b["misses"]["missed"]),
         "missed, from 6 N on": lambda b: _count(b["misses"]["from_6_n"]),
         "of the missed: began during another contact": lambda b: str(b["misses"]["during_another"]),
@@ -103,7 +105,10 @@ def _compared(key: str, title: str, blocks: Mapping[str, Summary]) -> Table:
     }
     rows = [(name, *(show(block) for block in blocks.values())) for name, show in lines.items()]
     contacts = next(iter(blocks.values()))["contacts"]
-    note = f"{contacts} contacts. A contact that is found but not classified counts as wrong."
+    note = (
+        f"{contacts} contacts. A contact that is found but not classified counts as wrong; one that began alone, while "
+        "nothing else touched the arm."
+    )
     return Table(key, title, ("", *blocks), rows, note)
 
 
