@@ -57,7 +57,7 @@ def noted(part: Part, number: int) -> list[Decision[Note]]:
 def learnable(decision: Decision[Note], wait_s: float) -> Decision[Seen]:
     """Return what is learned from: the onsets in the time that the classifier may take, without habits."""
     habits = [list(FEATURES).index(name) for name in HABITS]
-    asks = []
+    asks: list[Seen] = []
     for ask in decision.asks:
         if ask.seen.since_s <= wait_s + 5e-4 or not asks:
             features = ask.seen.features.copy()

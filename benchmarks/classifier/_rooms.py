@@ -212,7 +212,8 @@ def _in_the_way(robot: Robot, track: Array, rng: np.random.Generator) -> tuple[F
             size = rng.uniform(0.02, 0.12, 3)
             reach = float(np.min(size / np.maximum(np.abs(ahead), 1e-6)))
             middle = here + (radius[part] + reach) * ahead
-            fixture = Box(centre_m=tuple(middle), size_m=tuple(2 * size))
+            length, width, height = (2 * size).tolist()
+            fixture = Box(centre_m=tuple(middle), size_m=(length, width, height))
             line = middle[None]
         if middle[2] - size[2] < 0.0:
             continue

@@ -105,7 +105,7 @@ def fit(rows: Rows) -> Curves:
     """
     with _one_thread(), warnings.catch_warnings():
         # separable kinds leave Newton's line search nothing to improve on; another solver goes on by itself then
-        warnings.filterwarnings("ignore", "Line search of Newton solver")
+        warnings.filterwarnings("ignore", module=r"sklearn\.linear_model")
         scores = [_held_out(rows, strength) for strength in _STRENGTHS]
         losses = [_loss(score, rows) for score in scores]
         best = int(np.argmin(losses))
@@ -115,9 +115,10 @@ def fit(rows: Rows) -> Curves:
 def _one_thread() -> AbstractContextManager[Any]:
     """Keep the linear algebra in one thread: for matrices as small as these, others cost five times what they bring."""
     _learner()
-    from threadpoolctl import threadpool_limits
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-    return threadpool_limits(1)
+    limits: AbstractContextManager[Any] = threadpool_limits(1)
+    return limits
 
 
 def _held_out(rows: Rows, strength: float) -> Array:
