@@ -27,6 +27,8 @@ _CONTACT = 12.0
 """Distance of the slow torque from its median, in its usual ones, that is taken for a contact."""
 _CONTACT_S = 0.08
 _BLOCK_S = 0.5
+_RELAXING = (0.125, 0.125, 0.125, 0.025, 0.025, 0.025)
+"""By how much a wrench estimated by an arm at rest changes after a touch: friction holds some of it [N, Nm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +48,10 @@ class Quiet:
         """Return the external torque, or wrench: without a velocity, as the detector takes it."""
         x = self.recording.channels[source]
         m = x.shape[1]
-        return FreeTorque(x, np.zeros_like(x), self.counts(_SETTLING_S), np.zeros((m, m)), np.zeros((2, m)))
+        unsure = np.zeros((2, m))
+        if source == "wrench":
+            unsure[0] = _RELAXING
+        return FreeTorque(x, np.zeros_like(x), self.counts(_SETTLING_S), np.zeros((m, m)), unsure)
 
 
 def quiet_parts(

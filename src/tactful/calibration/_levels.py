@@ -48,6 +48,8 @@ _PEAKS = 16
 """Spans that a short recording is at least divided into: half of their peaks tell the tail."""
 _UNSEEN_S = 1.5
 """Time over which motion sees one pose and speed, and nothing of the others [s]."""
+_FEW_S, _JERK_S = 2.5, 0.05
+"""Time below which the upper end of the interval counts, for windows up to the second [s]."""
 _NEVER = 1e9
 """A threshold that nothing reaches."""
 
@@ -57,7 +59,8 @@ def glr_thresholds(parts: Sequence[Free], config: MonitorConfig, false_alarms_pe
 
     None is below that of noise as it is modelled, of a chi distribution: lower levels in a short recording are luck.
     And few seconds see few poses, where the error of the model may be smaller than elsewhere: the variance is taken to
-    be 1 + 1.5 s / T times as large after a time T.
+    be 1 + 1.5 s / T times as large after a time T. A time that is shorter still has seen few jerks, as when an arm
+    stops: for short windows the upper end of the interval counts.
 
     Args:
         parts: free motion that the arms were not calibrated to.
@@ -76,6 +79,8 @@ def glr_thresholds(parts: Sequence[Free], config: MonitorConfig, false_alarms_pe
         least = math.sqrt(chi2.isf(rate / 3600 * length / config.rate_hz, channels))
         unseen = math.sqrt(1 + _UNSEEN_S * config.rate_hz / len(level))
         levels = {key: unseen * max(least, getattr(threshold, key)) for key in ("low", "value", "high")}
+        if len(level) < _FEW_S * config.rate_hz and length <= _JERK_S * config.rate_hz:
+            levels["value"] = levels["high"]
         found[length] = replace(threshold, **levels)
     return tuple(found[length] for length in lengths)
 
