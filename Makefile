@@ -47,6 +47,8 @@ studies: $(DEV) ## run the experiments in simulation into build/studies (below h
 	@$(BIN)/tactful study isolation --out build/studies/isolation
 	@$(BIN)/tactful study kinesthetic --out build/studies/kinesthetic
 	@$(BIN)/tactful study reactions --out build/studies/reactions
+	@$(BIN)/tactful study aim-aware --out build/studies/aim-aware
+	@$(BIN)/tactful study impact-causes --out build/studies/impact-causes
 
 docs: export NO_MKDOCS_2_WARNING := 1
 docs: $(DEV) ## build the site in build/site
