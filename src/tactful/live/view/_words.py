@@ -30,8 +30,8 @@ def kind_of(event: ContactEvent) -> str:
 
 def headline(event: ContactEvent) -> str:
     """Return a line for the list of contacts."""
-    where = event.link or (event.location.region if event.location else "")
-    parts = [f"{event.onset_s:.2f} s", kind_of(event), f"{event.peak_force_n:.0f} N", str(where).replace("_", " ")]
+    where = event.link or (event.location.region.replace("_", " ") if event.location else "")
+    parts = [f"{event.onset_s:.2f} s", kind_of(event), f"{event.peak_force_n:.0f} N", where]
     return "  ·  ".join(part for part in parts if part)
 
 
