@@ -109,7 +109,7 @@ def _draw(runs: "list[PlanarImpact]", aim: "AimAwareConfig", planar: "PlanarConf
             watch = AimAware(run.plan, aim)
             trace = watch.trace(run.t, run.q, run.dq, run.r)
             result = watch.result
-            angles = np.cumsum(run.q[int(np.searchsorted(run.t, result.decided_s))])
+            angles = np.cumsum(run.q[int(np.searchsorted(run.t, result.decided_s or run.t[-1]))])
             steps = np.array(planar.arm.length_m)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
             joints = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])  # (4, 2)
             face = np.array(planar.arm.offsets_m)[:, None] * [-np.sin(angles[2]), np.cos(angles[2])] + joints[3]
