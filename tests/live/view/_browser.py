@@ -34,6 +34,8 @@ _FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
+_REMARK = "Unable to preventDefault inside passive event listener"
+"""What Chromium remarks on the mouse over viser's own canvas; nothing is wrong then."""
 _START_S = 300.0
 _WAIT_MS = 240_000
 
@@ -79,10 +81,14 @@ class Window:
         self.errors: list[str] = []
         self.requests: list[str] = []
         page.set_default_timeout(_WAIT_MS)
-        page.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
+        page.on("console", self._note)
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("request", lambda request: self.requests.append(request.url))
         page.on("websocket", lambda socket: self.requests.append(socket.url))
+
+    def _note(self, said: Any) -> None:
+        if said.type == "error" and not said.text.startswith(_REMARK):
+            self.errors.append(said.text)
 
     def open(self, address: str) -> None:
         """Load the page and wait until it shows a state."""
@@ -137,14 +143,15 @@ class Window:
         folder = os.environ.get("TACTFUL_SHOTS")
         if not folder:
             return
-        running = self.page.get_by_role("button", name="Pause", exact=True).count()
-        if running:
-            self.click("Pause")
         self.page.evaluate("document.querySelectorAll('[class*=Notification-root]').forEach(e => e.remove())")
         screen = self.page.context.new_cdp_session(self.page)
         size = {"width": 1280, "height": 800, "mobile": False}
         screen.send("Emulation.setDeviceMetricsOverride", {**size, "deviceScaleFactor": 1.0})
-        self.page.wait_for_timeout(4000)
+        self.page.wait_for_timeout(2000)
+        running = self.page.get_by_role("button", name="Pause", exact=True).count()
+        if running:
+            self.click("Pause")
+        self.page.wait_for_timeout(3000)
         picture = screen.send("Page.captureScreenshot", {"format": "png"})["data"]
         (Path(folder) / f"{name}.png").write_bytes(base64.b64decode(picture))
         screen.send("Emulation.setDeviceMetricsOverride", {**size, "deviceScaleFactor": self.sharpness})

@@ -50,6 +50,8 @@ class Scene:
         self._poses: list[tuple[Array, Array]] = []
         self._links: dict[int, viser.MeshHandle] = {}
         self._marked: int | None = None
+        self._pinned_to: tuple[int, tuple[float, ...]] | None = None
+        self._pinned = np.zeros(3)
         self._tip = np.zeros(3)
         self._hand_held = np.zeros(3)
         scene.add_grid(
@@ -227,8 +229,12 @@ class Scene:
         return link if link in self._links else None
 
     def _where(self, event: ContactEvent, link: int | None) -> Array:
-        if event.link is not None and event.location is not None and event.location.point_m is not None:
-            return np.array(event.location.point_m)
+        if link is not None and self._poses and event.location is not None and event.location.point_m is not None:
+            R, x = self._poses[link]
+            told = (event.id, event.location.point_m)
+            if told != self._pinned_to:  # it moves with the link from here on
+                self._pinned_to, self._pinned = told, R.T @ (np.array(event.location.point_m) - x)
+            return np.asarray(x + R @ self._pinned)
         return self._tip if link is None else self.middle_of(link)
 
     def middle_of(self, link: int) -> Array:
