@@ -28,6 +28,7 @@ BLOCK = {
 }
 
 
+@pytest.mark.timeout(600)
 def test_writes_summary_tables_and_report(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -58,6 +59,7 @@ def test_writes_summary_tables_and_report(
     }
 
 
+@pytest.mark.timeout(600)
 def test_runs_on_a_dask_cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A real scheduler and two workers on loopback: what goes there and back has to survive it."""
     distributed = pytest.importorskip("distributed")

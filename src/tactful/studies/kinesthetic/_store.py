@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,7 +35,7 @@ class Store:
     def rows(self, name: str, work: Callable[[Watch], Row], tasks: Sequence[Watch]) -> list[Row]:
         """Return what a monitor says of each task, in their order; what is on disk is not made again."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        file = self.folder / f"{name.replace(' ', '-')}.jsonl"
+        file = self.folder / f"{re.sub('[^A-Za-z0-9.]+', '-', name)}.jsonl"
         known = self._known(file)
         keys = [_key(task) for task in tasks]
         missing = {key: task for key, task in zip(keys, tasks, strict=True) if key not in known}
