@@ -60,6 +60,8 @@ def serve(pipe: Connection, port: int) -> None:
                 with server.atomic():
                     page.update(message)
     except (EOFError, OSError):
+        if page is not None:
+            page.stop()
         server.stop()
 
 
@@ -154,10 +156,14 @@ class Page:
             self._controls.update(frame)
             self._show_state(frame)
 
-    def remove(self) -> None:
-        """Make room for another run."""
+    def stop(self) -> None:
+        """Show nothing new."""
         if self._player is not None:
             self._player.stop()
+
+    def remove(self) -> None:
+        """Make room for another run."""
+        self.stop()
         self._signals.panel.remove()
         self._server.gui.reset()
         self._server.scene.reset()
