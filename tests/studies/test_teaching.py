@@ -42,6 +42,7 @@ def test_figures_count_what_they_say() -> None:
     figures = summary["presets"]["clean"]
     assert (figures["all"]["before"]["count"], figures["all"]["after"]["count"]) == (1, 2)
     assert figures["helped"] == 2
+    assert (figures["after_failure"]["count"], figures["after_failure"]["total"]) == (1, 2)
     assert figures["recognised"]["count"] == figures["merged"]["count"] == 1
     assert figures["by_trajectory"]["side"]["after"]["value"] == 1.0
     assert "| side | 0 % [0, 79] | 100 % [21, 100] | 1 |" in tables(summary)

@@ -42,6 +42,7 @@ def _of(rows: Sequence[Trial]) -> Figures:
             name: _rates([row for row in rows if row.operator == name])
             for name in sorted({row.operator for row in rows})
         },
+        "after_failure": _share([row for row in rows if not row.before], lambda row: row.after),
         "helped": len(helped),
         "recognised": _share(helped, lambda row: bool(row.cooperation)),
         "merged": _share(helped, lambda row: row.problem is None),

@@ -23,7 +23,8 @@ def tables(summary: Figures) -> str:
         for name, rates in rows:
             text += f"| {name} | {_rate(rates['before'])} | {_rate(rates['after'])} | {rates['after']['total']} |\n"
         text += (
-            f"\nOf {figures['helped']} touches of the operator, cooperation was told in {_rate(figures['recognised'])}"
+            f"\nOf the executions that failed, {_rate(figures['after_failure'])} succeeded after one correction. "
+            f"Of {figures['helped']} touches of the operator, cooperation was told in {_rate(figures['recognised'])}"
             f", {_number(figures['latency_s']['median'], 2)} s after the touch in the median, and a demonstration was "
             f"merged in {_rate(figures['merged'])}; of these, the next execution inserted the peg in "
             f"{_rate(figures['after_merging'])}. Largest force of the cell on the arm, median: "

@@ -63,11 +63,13 @@ def draw_trials(seeds: int, seed: int, sensors: SensorPreset) -> list[EpisodeSpe
         sensors: preset of the sensors.
     """
     rng = np.random.default_rng(seed)
-    cases = list(product(TRAJECTORIES, OPERATORS, ("diagonal", "axis"), _SPEEDS_M_S))
-    order = [k for _ in range(-(-seeds // len(cases))) for k in rng.permutation(len(cases)).tolist()]
+    cases = list(product(OPERATORS, ("diagonal", "axis"), _SPEEDS_M_S))
+    turns = {name: list[int]() for name in TRAJECTORIES}
     specs = []
-    for k in order[:seeds]:
-        trajectory, operator, approach, speed = cases[k]
+    for k in range(seeds):
+        trajectory = TRAJECTORIES[k % len(TRAJECTORIES)]
+        turns[trajectory] = turns[trajectory] or rng.permutation(len(cases)).tolist()
+        operator, approach, speed = cases[turns[trajectory].pop()]
         specs.append(
             EpisodeSpec(
                 kind="collision_then_cooperation",
