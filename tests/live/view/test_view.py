@@ -143,6 +143,7 @@ def test_meshes_of_a_file_lie_where_its_capsules_would(tmp_path: Path) -> None:
     assert len(link_poses(robot, robot.home)) == 2
 
 
+@pytest.mark.timeout(600)  # the kernels may have to be compiled
 def test_loop_does_not_wait_for_a_page_that_hangs() -> None:
     """Nobody reads the other end of the pipe: the loop goes on, and a wish that came before is fulfilled."""
     ours, theirs = multiprocessing.Pipe()
@@ -159,6 +160,7 @@ def test_loop_does_not_wait_for_a_page_that_hangs() -> None:
     assert source.obstacle_m[0] < source.shop.aside_m[0]
 
 
+@pytest.mark.timeout(600)
 def test_frame_and_restart(tmp_path: Path) -> None:
     """What is sent holds the arm and its signals; `restart` ends the run and is told."""
     ours, theirs = multiprocessing.Pipe()
