@@ -57,7 +57,7 @@ def test_thresholds_after_the_fact_give_the_verdict_of_the_classifier() -> None:
 
 
 def test_thresholds_are_what_the_expected_need_and_a_margin() -> None:
-    """Each is the largest needed value times 1.05, or the floor below which noise would exceed it."""
+    """Each is the largest needed value times its margin, or the floor below which noise would exceed it."""
     needed = np.array([0.1, 0.2, 9.0])
     seen = Judged(
         *np.zeros((3, 3)), needed[:, None], tilt_deg=np.array([-2.0, 1.0, 0.0]), verdict_s=needed, wait_s=needed

@@ -16,8 +16,9 @@ from tactful.learning._impacts import THRESHOLDS, Judged, LabelledImpact
 
 Array = NDArray[np.float64]
 
-MARGIN = 1.05
-"""What a threshold is above the largest value that an expected impact needs."""
+MARGIN = {"e_m_rad_s": 1.05, "epsilon_rad": 1.3, "zeta_s": 1.3, "iota_s": 1.3, "tilt_deg": 1.05}
+"""What each threshold is above the largest value that an expected impact needs. What decides in the end, e_m and tilt,
+is set tightly; time and place of an impact jump by a sample or a contact that merges with another, and are not."""
 _FLOORS = {"e_m_rad_s": 0.01, "epsilon_rad": 0.005, "zeta_s": 0.005, "iota_s": 0.005, "tilt_deg": 0.1}
 """Least thresholds: below, noise alone would exceed them."""
 _REACH = (1.0, 1.15, 1.3)
@@ -125,7 +126,7 @@ def thresholds_for(seen: Judged, expected: NDArray[np.bool_], *, tilt: bool = Fa
         del needed["tilt_deg"]
     if not np.isfinite(list(needed.values())).all():
         return None
-    return {name: max(_FLOORS[name], MARGIN * value) for name, value in needed.items()}
+    return {name: max(_FLOORS[name], MARGIN[name] * value) for name, value in needed.items()}
 
 
 def tune_impacts(
