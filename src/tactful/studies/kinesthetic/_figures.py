@@ -74,7 +74,7 @@ def example(file: Path, config: MonitorConfig, out: Path) -> Path:
     level.set_xlabel(f"{level.get_xlabel()}; bars on the axis: the true contacts")
     _cut(timeline, recording, level)
     figure.axes[0].set_title("")
-    figure.savefig(out, metadata={"Date": None})
+    figure.savefig(out, dpi=150)
     return out
 
 
@@ -113,9 +113,7 @@ def _comparison(summary: Summary, figure: Any) -> None:
         ax.set_title(f"{share} [%]", fontsize=9)
         ax.set_xlim(left=min(40.0, ax.get_xlim()[0]), right=101)
     panels[0].set_yticks(y, [name for name, _, _ in methods])
-    panels[-1].text(
-        reported, len(methods) - 0.4, "paper,\nreal robot", ha="center", va="bottom", fontsize=7, color="#202124"
-    )
+    panels[1].set_xlabel("dashed: the paper, on its real robot", fontsize=8)
 
 
 def _interval(ax: Any, share: Summary, y: float, colour: str, **style: Any) -> None:
@@ -151,7 +149,7 @@ def _trade_offs(summary: Summary, figure: Any) -> None:
         missed = [100 * point[kind]["missed"] / max(point[kind]["contacts"], 1) for point in curve]
         counts.plot(threshold, missed, color=colour, label=f"{kind} missed [%]")
     alarms = [point["false_alarms"] for point in curve]
-    counts.plot(threshold, alarms, color=_GREY, ls="--", label="false alarms")
+    counts.plot(threshold, alarms, color=_GREY, ls="--", label="false alarms (how many)")
     times.set(yscale="log", ylabel="detected after, median [ms]")
     times.yaxis.set_major_formatter("{x:g}")
     counts.set(ylim=(0, 100))

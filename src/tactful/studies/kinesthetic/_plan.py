@@ -57,7 +57,7 @@ def plan(episodes: int, seed: int) -> dict[str, list[EpisodeSpec]]:
     evaluation = draw_plan(episodes - further, next(seeds), kinds=PAPER_KINDS, operators=PAPER_OPERATORS)
     evaluation += draw_plan(further, next(seeds), kinds=PAPER_KINDS[1:], operators=FURTHER_OPERATORS)
     sets = {
-        "tuning": draw_plan(few(2 / 9), next(seeds), kinds=PAPER_KINDS, operators=(TUNED_BY,)),
+        "tuning": draw_plan(few(1 / 3), next(seeds), kinds=PAPER_KINDS, operators=(TUNED_BY,)),
         "evaluation": evaluation,
         "calibration": draw_plan(few(2 / 15, 6), next(seeds), kinds=("free",)),
     }

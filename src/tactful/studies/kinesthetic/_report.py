@@ -38,7 +38,7 @@ def report(summary: Summary, pictures: Mapping[str, Path]) -> str:
 
     Args:
         summary: the figures.
-        pictures: SVG files by their names; they go into the report.
+        pictures: SVG and PNG files by their names; they go into the report.
     """
     text = (
         "The experiment of Salt Ducaju et al. 2022 (doi:10.1109/RO-MAN53752.2022.9900800) in simulation, and what does "

@@ -91,7 +91,7 @@ def _write(lab: Laboratory, summary: Summary) -> None:
     files = pictures(summary, {name: latencies_of(rows) for name, rows in said.items()}, out)
     shown = _typical(lab, paper)
     if shown is not None:
-        files.append(example(shown, paper, out / "example.svg"))
+        files.append(example(shown, paper, out / "example.png"))
     (out / "report.html").write_text(report(summary, {file.stem: file for file in files}), encoding="utf-8")
 
 

@@ -94,9 +94,9 @@ def _compared(key: str, title: str, blocks: Mapping[str, Summary]) -> Table:
         "cooperation, from 1 N": lambda b: milliseconds(b["cooperation_latency_from_1_n_ms"]),
         "collision that began alone": lambda b: milliseconds(b["collision_alone"]["latency_ms"]),
         "cooperation that began alone": lambda b: milliseconds(b["cooperation_alone"]["latency_ms"]),
-        "missed": lambda b: _count(b["misses"]["missed"]),
-        "missed, from 6 N on": lambda b: _count(b["misses"]["from_6_n"]),
-        "of the missed: began during another contact": lambda b: str(b["misses"]["during_another"]),
+        "not found": lambda b: _count(b["misses"]["missed"]),
+        "not found, from 6 N on": lambda b: _count(b["misses"]["from_6_n"]),
+        "of these: began during another contact": lambda b: str(b["misses"]["during_another"]),
         "taken for more of the same collision": lambda b: str(b["misses"]["continued"]),
         "false alarms per hour of free motion": lambda b: _rate(b["false_alarms_per_hour"]),
         "collision alone, but a cooperation told": lambda b: percent(b["spurious_cooperation_rate"]),
@@ -233,7 +233,7 @@ def _sensitivity(summary: Summary) -> Iterator[Table]:
         "Axes of the base turned by 45° about (1, 1, 1): specificity / sensitivity",
         ("", "as they are", "turned"),
         turned,
-        "The same contacts: a rule that depends on the choice of axes tells them differently.",
+        "The same episodes: what depends on the choice of axes tells them differently. The paper's detector does, too.",
     )
 
 
