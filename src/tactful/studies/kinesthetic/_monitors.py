@@ -15,6 +15,7 @@ from tactful.monitor import MonitorConfig
 from tactful.recordings import Recording
 from tactful.simulation import PEG, EpisodeEntry
 from tactful.studies._parallel import results
+from tactful.studies.kinesthetic._store import code
 from tactful.studies.kinesthetic._tune import Rule
 from tactful.studies.kinesthetic._watch import Watch
 
@@ -103,4 +104,4 @@ def decide(task: Watch) -> tuple[Decision[Seen], ...]:
 
 
 def _digest(names: Sequence[str], *settings: str) -> str:
-    return hashlib.sha256("\n".join((*names, *settings)).encode()).hexdigest()[:16]
+    return hashlib.sha256("\n".join((code(), *names, *settings)).encode()).hexdigest()[:16]

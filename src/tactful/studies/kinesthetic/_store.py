@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import re
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tactful import __version__
+import tactful
 from tactful.monitor import MonitorConfig
 from tactful.studies._parallel import results
 from tactful.studies.kinesthetic._watch import Row, Watch
@@ -65,9 +66,21 @@ class Store:
         return known
 
 
+@functools.cache
+def code() -> str:
+    """Return a digest of the code that monitors, calibrates and trains: what other code said does not count."""
+    package = Path(tactful.__file__).parent
+    digest = hashlib.sha256()
+    for file in sorted(package.rglob("*.py")):
+        part = file.relative_to(package).parts[0]
+        if part not in ("cli", "live", "studies") or file.name in ("_watch.py", "_onsets.py"):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
 def _key(task: Watch) -> str:
     """Return a name of all that the row depends on."""
-    digest = hashlib.sha256(f"{__version__} {task.located} {task.turned} {task.file.name}".encode())
+    digest = hashlib.sha256(f"{code()} {task.located} {task.turned} {task.file.name}".encode())
     digest.update(_settings(task.config))
     return digest.hexdigest()[:20]
 
