@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from tactful.control import ImpedanceConfig, MinimumJerkPath, Pose
+from tactful.control import MinimumJerkPath, Pose
 from tactful.dynamics import Dynamics
 from tactful.errors import TactfulError
 from tactful.reaction import TaughtPath, TeachingConfig, TeachingError, merge
@@ -36,7 +36,7 @@ def test_keeps_the_plan_until_it_failed_and_ends_where_the_hand_ended() -> None:
     """The purpose: what was right stays, the rest is what was shown."""
     new = merge(PLAN.pose, [led(AROUND, plan_s=1.6)], PANDA, PANDA.home)
     for t in np.arange(0.0, 0.7, 0.1):
-        assert np.linalg.norm(new.pose(t).position_m - PLAN.pose(t).position_m) < 0.003
+        assert np.linalg.norm(new.pose(1.5 * t).position_m - PLAN.pose(t).position_m) < 0.003
     assert np.linalg.norm(new.pose(new.end_s).position_m - START - AROUND[-1]) < 1e-3
     points = new.points_m
     assert np.linalg.norm(points - START - AROUND[2], axis=1).min() < 2e-3
@@ -85,18 +85,6 @@ def test_settings_are_checked() -> None:
     """A slip in a setting is told at once."""
     with pytest.raises(TactfulError):
         TeachingConfig(margin_s=-1.0)
-
-
-def test_the_new_plan_goes_ahead_of_the_demonstration() -> None:
-    """A tip under impedance control lags: corners would be cut where the hand went round them."""
-    path = led([[0, 0, 0], [0.2, 0, 0]], plan_s=0.0, clear_s=0.0)
-    soft, hard = (
-        merge(PLAN.pose, [path], PANDA, PANDA.home, impedance=ImpedanceConfig(stiffness_n_m=150, damping_ns_m=damping))
-        for damping in (30.0, 3.0)
-    )
-    at = [float(np.interp(0.1, plan.points_m[:, 0] - START[0], 0.01 * np.arange(len(plan.points_m))))
-          for plan in (soft, hard)]  # fmt: skip
-    assert at[1] - at[0] == pytest.approx(0.18, abs=0.04)  # (30 - 3) / 150 s
 
 
 def test_a_demonstration_begins_where_the_arm_was_stuck() -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 
 from tactful.config import Config
 from tactful.control import FOLLOW_STEP_S, ImpedanceConfig, MinimumJerkPath, MovementPrimitive, Pose, follow
@@ -20,7 +22,6 @@ Array = NDArray[np.float64]
 
 _REST_M = 0.002
 _REST_S = 0.2
-_SMOOTH_S = 0.05
 _LEAST_BRIDGE_S = 0.3
 _PEAK = 1.875
 """Of the speed of a minimum-jerk motion, over its mean."""
@@ -40,6 +41,9 @@ class TeachingConfig(Config):
     """How far a hand has to have led the tip for it to be a demonstration [m]."""
     bridge_m_s: PositiveFloat = 0.1
     """Largest speed on the way from the plan to the demonstration [m/s]."""
+    slower: Annotated[float, Field(ge=1)] = 1.5
+    """By which factor the new plan is executed slower than it was planned and shown: a soft arm swings past the points
+    where its reference turns, and a hand was there to hold it."""
     velocity_share: PositiveFloat = 0.8
     """Largest joint velocity in the new plan, as a share of the arm's limit (`Robot.velocity_limit`); a demonstration
     that was faster is executed slower."""
@@ -58,8 +62,8 @@ def merge(
 
     The old plan is kept until `margin_s` before the first contact. From the point on it that is nearest to the
     demonstration a straight line leads over, and the demonstration replaces the rest. All of it is learnt as one
-    `MovementPrimitive`, which smooths the seams, and slowed down until no joint is too fast. Where the demonstration
-    leads, the new plan goes ahead of it by B / K times its velocity, by which a tip under impedance control lags.
+    `MovementPrimitive`, which smooths the seams, and executed slower, at least by `slower`, and until no joint is too
+    fast.
 
     Source of the joining at the nearest points: M. Karlsson, A. Robertsson, R. Johansson, Autonomous Interpretation of
     Demonstrations for Modification of Dynamical Movement Primitives, ICRA 2017.
@@ -93,11 +97,10 @@ def merge(
     here = np.array([pose.position_m for pose in kept])  # (m, 3)
     distance = np.linalg.norm(here[:, None] - positions[:end], axis=-1)  # (m, end)
     leave, enter = np.unravel_index(int(np.argmin(distance)), distance.shape)
-    impedance = impedance or ImpedanceConfig()
-    shown = _ahead(poses[enter:end], impedance)
+    shown = poses[enter:end]
     parts = [*kept[: leave + 1], *_bridge(kept[leave], shown[0], config.bridge_m_s), *shown]
-    primitive = MovementPrimitive(TRACE_STEP_S * np.arange(len(parts)), parts)
-    return _within_limits(primitive, robot, np.asarray(q, dtype=np.float64), impedance, config)
+    primitive = MovementPrimitive(TRACE_STEP_S * np.arange(len(parts)), parts).slower(config.slower)
+    return _within_limits(primitive, robot, np.asarray(q, dtype=np.float64), impedance or ImpedanceConfig(), config)
 
 
 def _last_led(taught: Sequence[TaughtPath]) -> list[TaughtPath]:
@@ -112,20 +115,6 @@ def _bridge(start: Pose, end: Pose, speed_m_s: float) -> list[Pose]:
     duration_s = max(_PEAK * way_m / speed_m_s, _LEAST_BRIDGE_S)
     path = MinimumJerkPath([(0.0, start), (duration_s, end)])
     return [path.pose(t) for t in np.arange(TRACE_STEP_S, duration_s, TRACE_STEP_S).tolist()]
-
-
-def _ahead(poses: Sequence[Pose], impedance: ImpedanceConfig) -> list[Pose]:
-    """Return the reference under which the tip goes through poses that are 10 ms apart."""
-    from scipy.ndimage import gaussian_filter1d
-
-    position = np.array([pose.position_m for pose in poses])  # (N, 3)
-    if len(position) < 2 or not impedance.stiffness_n_m:
-        return list(poses)
-    lag_s = impedance.damping[0] / impedance.stiffness_n_m
-    velocity = gaussian_filter1d(np.gradient(position, TRACE_STEP_S, axis=0), _SMOOTH_S / TRACE_STEP_S, axis=0)
-    velocity[-1] = 0.0
-    led = zip(poses, position + lag_s * velocity, strict=True)
-    return [Pose(pose.rotation, ahead) for pose, ahead in led]
 
 
 def _within_limits(

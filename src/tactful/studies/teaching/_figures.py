@@ -67,11 +67,14 @@ def _rates(summary: Figures, figure: Any) -> None:
 
 
 def _lessons(rows: Sequence[Trial], figure: Any) -> None:
-    for axes, name in zip(figure.subplots(1, len(TRAJECTORIES), sharey=True), TRAJECTORIES, strict=True):
-        axes.set(title=name, xlabel="in the plane of the motion [m]", aspect="equal")
-        shown = [row for row in rows if row.trajectory == name and row.cooperation and row.after]
-        if shown:
-            _lesson(shown[0].ways, axes)
+    """Draw the first lesson of every trajectory in which one was needed, and worked."""
+    taught = {row.trajectory: row for row in reversed(rows) if row.cooperation and row.after}
+    shown = [taught[name] for name in TRAJECTORIES if name in taught]
+    if not shown:
+        return
+    for axes, row in zip(figure.subplots(1, len(shown), sharey=True, squeeze=False)[0], shown, strict=True):
+        axes.set(title=row.trajectory, xlabel="in the plane of the motion [m]", aspect="equal")
+        _lesson(row.ways, axes)
     figure.axes[0].set_ylabel("height [m]")
     figure.legend(*figure.axes[-1].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=3)
 
