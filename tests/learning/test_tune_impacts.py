@@ -64,7 +64,7 @@ def test_thresholds_are_what_the_expected_need_and_a_margin() -> None:
     )
     thresholds = thresholds_for(seen, np.array([True, True, False]), tilt=True)
     assert thresholds is not None
-    assert thresholds == pytest.approx(dict(zip(THRESHOLDS, (0.21, 0.005, 0.005, 0.005, 2.1), strict=True)))
+    assert thresholds == pytest.approx(dict(zip(THRESHOLDS, (0.26, 0.005, 0.005, 0.005, 2.1), strict=True)))
     unfelt = replace(seen, needed_rad_s=np.full((3, 1), np.inf))
     assert thresholds_for(unfelt, np.array([True, True, False])) is None
 

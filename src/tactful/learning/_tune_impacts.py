@@ -16,9 +16,9 @@ from tactful.learning._impacts import THRESHOLDS, Judged, LabelledImpact
 
 Array = NDArray[np.float64]
 
-MARGIN = {"e_m_rad_s": 1.05, "epsilon_rad": 1.3, "zeta_s": 1.3, "iota_s": 1.3, "tilt_deg": 1.05}
-"""What each threshold is above the largest value that an expected impact needs. What decides in the end, e_m and tilt,
-is set tightly; time and place of an impact jump by a sample or a contact that merges with another, and are not."""
+_TIGHT, _WIDE = 1.05, 1.3
+"""What a threshold is above the largest value that an expected impact needs: tight for the one that decides, the tilt
+or, without it, e_m. Time and place of an impact jump where a contact merges with another, and decide little."""
 _FLOORS = {"e_m_rad_s": 0.01, "epsilon_rad": 0.005, "zeta_s": 0.005, "iota_s": 0.005, "tilt_deg": 0.1}
 """Least thresholds: below, noise alone would exceed them."""
 _REACH = (1.0, 1.15, 1.3)
@@ -114,7 +114,7 @@ class ImpactTuning:
 
 
 def thresholds_for(seen: Judged, expected: NDArray[np.bool_], *, tilt: bool = False) -> dict[str, float] | None:
-    """Return the least thresholds that accept the expected impacts, times `MARGIN`, with floors; None if none do.
+    """Return the least thresholds that accept the expected impacts, with margins and floors; None if none do.
 
     Args:
         seen: what a classifier saw of k impacts.
@@ -126,7 +126,8 @@ def thresholds_for(seen: Judged, expected: NDArray[np.bool_], *, tilt: bool = Fa
         del needed["tilt_deg"]
     if not np.isfinite(list(needed.values())).all():
         return None
-    return {name: max(_FLOORS[name], MARGIN[name] * value) for name, value in needed.items()}
+    decides = "tilt_deg" if tilt else "e_m_rad_s"
+    return {name: max(_FLOORS[name], (_TIGHT if name == decides else _WIDE) * x) for name, x in needed.items()}
 
 
 def tune_impacts(
@@ -142,7 +143,7 @@ def tune_impacts(
     """Choose settings that accept every expected impact, and as few others as they can.
 
     For a given envelope and r_b the verdict is monotone in e_m, epsilon, zeta and iota: each is the largest value that
-    an expected impact needs, times `MARGIN`. The rest, a, m_max, m_c and r_b, is searched by a tree-structured
+    an expected impact needs, with a margin. The rest, a, m_max, m_c and r_b, is searched by a tree-structured
     Parzen estimator (J. Bergstra et al. 2011, "Algorithms for hyper-parameter optimization") for the least share of
     unexpected impacts that is accepted, also by thresholds somewhat larger: a wide gap is likelier to hold for others.
     r_b lies between the noise of the residual's rate and the weakest impact, joint by joint. A margin of its own for
