@@ -13,7 +13,7 @@ from tactful import MonitorConfig, Recording, Robot
 from tactful.calibration import calibrate
 from tactful.control import ImpedanceConfig
 from tactful.errors import TactfulError
-from tactful.simulation import KINDS, EpisodeSpec, draw_plan, generate
+from tactful.simulation import KINDS, EpisodeSpec, collision_and_help, draw_plan, generate
 
 TAUGHT_BY = ("brisk", "calm", "hesitant", "abrupt")
 """The operators of the training; the others are left to test it."""
@@ -53,6 +53,9 @@ def parts(folder: Path) -> Iterator[Part]:
         free = draw_plan(2, seed=50 + arm, kinds=("free",), arm=arm, elastic=elastic)
         plans = [[spec.model_copy(update=other) for spec in plan] for plan in (touched, free)]
         yield _peg("other arms and impedances", folder / f"arm {arm}", *plans)
+    leaning = _leaning(folder / "leaning", 24)
+    for noise in (_IDENTIFIED, {}):
+        yield Part("leaning against a post", leaning, MonitorConfig(robot={"model": "panda"}, noise=noise))
     rooms = (
         ("straight ways", "panda", True, 30),
         ("joint motion", "panda", False, 30),
@@ -84,6 +87,19 @@ def _episodes(folder: Path, plan: Sequence[EpisodeSpec]) -> tuple[Path, ...]:
         except TactfulError:  # none of its attempts gives what the spec asks for
             continue
     return tuple(files)
+
+
+def _leaning(folder: Path, count: int) -> tuple[Path, ...]:
+    """Return episodes of an arm that a hand helps round the post against which it leans."""
+    folder.mkdir(parents=True, exist_ok=True)
+    files = tuple(folder / f"{number:03d}.parquet" for number in range(count))
+    for number, file in enumerate(files):
+        if not file.exists():
+            episode = collision_and_help(np.random.default_rng((220, number)))
+            for _ in episode.run():
+                pass
+            episode.cell.recording().save(file)
+    return files
 
 
 def _rooms(folder: Path, name: str, count: int, seed: int, *, straight: bool) -> tuple[Path, ...]:

@@ -251,7 +251,7 @@ def test_help_in_a_collision_replaces_it_by_cooperation(panda: Robot) -> None:
     ]
     assert events[2].end_s == events[1].onset_s
     assert Monitor(panda, PAPER).run(rec).events == (events[2], events[3])
-    rules = MonitorConfig(classifier="kinesthetic")  # no model takes an arm that does not give way for one that is helped
+    rules = MonitorConfig(classifier="kinesthetic")  # to a model, an arm that does not give way is not helped
     fast = Monitor(panda, rules).run(rec)
     assert [event.kind for event in fast] == ["collision", "cooperation"]
     assert fast.events[1].detected_s - 1.4 < 0.03
