@@ -25,7 +25,7 @@ demo: $(RUNTIME) ## monitor a simulated arm that gets stuck, is helped, and then
 	@$(BIN)/tactful demo
 
 test: $(DEV) ## run the tests
-	@$(BIN)/python -m pytest -q
+	@$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
 test-live: $(LIVE) ## run the tests against the clients of real robots (Linux, Python up to 3.12)
 	@$(BIN)/python -m pytest -q -m live tests/live
@@ -43,7 +43,7 @@ format: $(DEV) ## mend what the linter can mend
 bench: $(DEV) ## measure speed against the stated bounds
 	@$(BIN)/python -m benchmarks
 
-studies: $(DEV) ## run the experiments in simulation into build/studies (below half an hour on two cores)
+studies: $(DEV) ## run the experiments in simulation into build/studies (tens of minutes on two cores)
 	@$(BIN)/tactful study isolation --out build/studies/isolation
 	@$(BIN)/tactful study kinesthetic --out build/studies/kinesthetic
 	@$(BIN)/tactful study reactions --out build/studies/reactions

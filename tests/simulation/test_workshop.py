@@ -34,7 +34,7 @@ def test_obstacle_moves_into_the_arm_and_hand_draws_it() -> None:
     shop = workshop(np.random.default_rng(0))
     tip = shop.plan(0.0).position_m
     shop.move([tip[0], tip[1] + 0.08, 0.3])
-    shop.hands[6].target_m = tuple(tip + [0.0, 0.15, 0.0])
+    shop.hands[6].target_m = (float(tip[0]), float(tip[1]) + 0.15, float(tip[2]))
     for _ in range(600):
         shop.cell.step(np.zeros(7))
     assert {contact.kind for contact in shop.cell.contacts} == {"cooperation", "collision"}
