@@ -8,6 +8,8 @@ import tomllib
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tactful.errors import TactfulError
@@ -78,3 +80,16 @@ def _one_line(model: type[Config], error: ValidationError) -> ConfigError:
     if not key or deepest["type"] == "missing":  # the value is the whole section
         return ConfigError(section, key, message)
     return ConfigError(section, key, f"{message}, not {' '.join(reprlib.repr(value).split())}", value)
+
+
+def per_joint(section: str, key: str, value: ArrayLike, n: int) -> NDArray[np.float64]:
+    """Return one number of a setting for each of n joints (n,), read-only.
+
+    Raises:
+        ConfigError: if there are neither one nor n numbers.
+    """
+    numbers = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    if len(numbers) not in (1, n):
+        problem = f"has {len(numbers)} numbers; give one, or one for each of the {n} joints"
+        raise ConfigError(section, key, problem, value)
+    return np.broadcast_to(numbers, (n,))

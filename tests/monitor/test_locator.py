@@ -123,3 +123,15 @@ def test_a_slow_bias_is_followed_within_bounds_and_not_in_contact(panda: Robot) 
     assert followed(0.1)[1] == pytest.approx(0.1, abs=0.005)
     assert followed(5.0)[1] == 0.2  # two standard deviations of the model's error
     assert abs(followed(0.0, push=True)[3]) < 0.01
+
+
+def test_a_wrench_tells_no_place() -> None:
+    """An arm with six joints has as many torques as a wrench has components: they are not to be taken for them."""
+    arm = Robot.load("ur5e")
+    noise = {name: (0.1,) * 6 for name in ("model_nm", "torque_nm")}
+    t = np.arange(3000) / 1000
+    wrench = np.where((t > 1.5)[:, None], [0.0, 0.0, -25.0, 0.0, 0.0, 0.0], 0.0)
+    touched = Recording(t=t, channels={"wrench": wrench}, source="wrench.csv", format="made")
+    for robot in (arm, Robot.load("panda")):
+        (event,) = Monitor(robot, MonitorConfig(source="wrench", noise=noise)).run(touched)
+        assert event.location is None

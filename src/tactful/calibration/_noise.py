@@ -13,11 +13,11 @@ from scipy.signal import lfilter
 
 from tactful._njit import njit
 from tactful.calibration._motion import HeldOut
+from tactful.config import per_joint
 from tactful.detection import FastConfig, NoiseConfig
 from tactful.detection._glr import FRICTION_RAD_S, glr_record, take_momentum, taps
 from tactful.dynamics import arm_record, kernels, motion_record
 from tactful.dynamics.kernels import copy
-from tactful.estimation._config import per_joint
 from tactful.estimation._momentum_observer import observe_motion, observer_record
 
 Array = NDArray[np.float64]
@@ -64,7 +64,7 @@ class FreeTorque:
         glr = glr_record(fast, NoiseConfig(), np.ones(n), rate_hz)[0]
         samples = (np.require(array, np.float64, ["C", "W"]) for array in (stretch.q, stretch.dq, stretch.tau))
         count = _take(arm, motion, observer[0], glr, dt, *samples, x, v, squares, row)
-        friction = np.outer(_FRICTION[robot.torque_sensor], per_joint(config.coulomb_nm, n, "coulomb_nm"))
+        friction = np.outer(_FRICTION[robot.torque_sensor], per_joint("observer", "coulomb_nm", config.coulomb_nm, n))
         return cls(x[:count], v[:count], part.counts(2 * _SETTLING_S)[row[:count]], squares / max(count, 1), friction)
 
 

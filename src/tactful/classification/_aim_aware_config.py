@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from tactful.config import Config, ConfigError
+from tactful.config import Config, ConfigError, per_joint
 from tactful.detection import ImpactConfig
 
 Positive = Annotated[float, Field(gt=0)]
@@ -97,11 +97,7 @@ class AimAwareConfig(Config):
         Raises:
             ConfigError: if there are neither one nor n numbers.
         """
-        numbers = np.atleast_1d(np.asarray(self.e_m_rad_s, dtype=np.float64))
-        if len(numbers) not in (1, n):
-            problem = f"has {len(numbers)} numbers; give one, or one for each of the {n} joints"
-            raise ConfigError("aimaware", "e_m_rad_s", problem, self.e_m_rad_s)
-        return np.array(np.broadcast_to(numbers, (n,)))
+        return per_joint("aimaware", "e_m_rad_s", self.e_m_rad_s, n)
 
     def fitted_to(self, rate_hz: float, *, from_hz: float = 1000.0) -> Self:
         """Return these settings with windows of the same time at another sampling rate; within 5 % they stay."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from tactful._njit import njit
-from tactful.config import Config, ConfigError
+from tactful.config import Config, per_joint
 from tactful.errors import TactfulError
 
 Array = NDArray[np.float64]
@@ -57,12 +57,8 @@ def impact_record(n: int, config: ImpactConfig) -> Any:
     Raises:
         ConfigError: if there are neither one nor n bounds.
     """
-    bounds = np.atleast_1d(np.asarray(config.r_b_nm_s, dtype=np.float64))
-    if len(bounds) not in (1, n):
-        problem = f"has {len(bounds)} numbers; give one, or one for each of the {n} joints"
-        raise ConfigError("impact", "r_b_nm_s", problem, config.r_b_nm_s)
     record: Any = np.zeros(1, impact_dtype(n))
-    record["r_b"] = bounds
+    record["r_b"] = per_joint("impact", "r_b_nm_s", config.r_b_nm_s, n)
     record["refractory"] = config.refractory_s
     record["corner"] = math.inf if config.bandpass_hz is None else 2 * math.pi * config.bandpass_hz
     record["since"] = math.inf

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from tactful.config import Config, ConfigError
+from tactful.config import Config
 
 PerJoint = float | tuple[float, ...]
 """One number for all joints, or one for each."""
@@ -56,16 +54,3 @@ class WrenchConfig(Config):
     """Bound on the smallest singular value of the Jacobian below which the solution is damped; 0 never damps."""
     damping: PositiveFloat = 0.03
     """Largest damping factor lambda, reached where the Jacobian is singular."""
-
-
-def per_joint(value: PerJoint, n: int, key: str) -> NDArray[np.float64]:
-    """Return one number of the observer for each of the n joints.
-
-    Raises:
-        ConfigError: if there are neither one nor n numbers.
-    """
-    numbers = np.atleast_1d(np.asarray(value, dtype=np.float64))
-    if len(numbers) not in (1, n):
-        problem = f"has {len(numbers)} numbers; give one, or one for each of the {n} joints"
-        raise ConfigError("observer", key, problem, value)
-    return np.broadcast_to(numbers, (n,))

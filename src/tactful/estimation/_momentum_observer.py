@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactful._njit import njit
-from tactful.config import ConfigError
+from tactful.config import ConfigError, per_joint
 from tactful.dynamics import Record, arm_record, kernels, motion_record
 from tactful.errors import TactfulError
-from tactful.estimation._config import ObserverConfig, per_joint
+from tactful.estimation._config import ObserverConfig
 from tactful.estimation._velocity import sense, settled, velocity_dtype
 from tactful.robots import Robot
 
@@ -53,13 +53,13 @@ def observer_record(robot: Robot, config: ObserverConfig) -> Record:
     n = len(robot.joint_names)
     record: Any = np.zeros(1, observer_dtype(n))
     observer = record[0]
-    observer["gain"] = 2 * np.pi * per_joint(config.bandwidth_hz, n, "bandwidth_hz")
+    observer["gain"] = 2 * np.pi * per_joint("observer", "bandwidth_hz", config.bandwidth_hz, n)
     observer["euler"] = config.integration == "euler"
-    observer["bias"] = per_joint(config.bias_nm, n, "bias_nm")
-    observer["coulomb"] = per_joint(config.coulomb_nm, n, "coulomb_nm")
-    observer["viscous"] = per_joint(config.viscous_nms, n, "viscous_nms")
+    observer["bias"] = per_joint("observer", "bias_nm", config.bias_nm, n)
+    observer["coulomb"] = per_joint("observer", "coulomb_nm", config.coulomb_nm, n)
+    observer["viscous"] = per_joint("observer", "viscous_nms", config.viscous_nms, n)
     observer["coulomb_speed"] = config.coulomb_speed_rad_s
-    observer["hysteresis"] = per_joint(config.hysteresis_rad, n, "hysteresis_rad")
+    observer["hysteresis"] = per_joint("observer", "hysteresis_rad", config.hysteresis_rad, n)
     observer["velocity"]["window"] = config.velocity_window_s if config.velocity == "position" else 0.0
     observer["velocity"]["clock"] = config.clock_s or 0.0
     if config.joint_flexibility:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtrc, ndtri
 
-from tactful.config import ConfigError
+from tactful.config import ConfigError, per_joint
 from tactful.dynamics import Dynamics, arm_record, kernels, motion_record
 from tactful.isolation._config import IsolationConfig
 from tactful.isolation._grid import Grid
@@ -63,14 +63,11 @@ class Isolator:
     def __init__(self, robot: Robot, config: IsolationConfig | None = None) -> None:
         self.robot = robot
         self.config = config = config or IsolationConfig()
-        noise = np.atleast_1d(np.asarray(config.noise_nm))
-        if len(noise) not in (1, robot.n):
-            problem = f"has {len(noise)} numbers; give one, or one for each of the {robot.n} joints"
-            raise ConfigError("isolation", "noise_nm", problem, config.noise_nm)
+        noise = per_joint("isolation", "noise_nm", config.noise_nm, robot.n)
         if config.fine_spacing_m > config.spacing_m:
             problem = f"is wider than spacing_m, {config.spacing_m} m"
             raise ConfigError("isolation", "fine_spacing_m", problem, config.fine_spacing_m)
-        self._noise = np.diag(np.broadcast_to(noise**2, (robot.n,)))  # (n, n)
+        self._noise = np.diag(noise**2)  # (n, n)
         self._grid = Grid.of(robot, config)
         self._dynamics = Dynamics(robot)
         arm: Any = arm_record(robot)

@@ -88,11 +88,11 @@ class Source(ABC):
 
     def command(self, tau: NDArray[np.float64]) -> None:
         """Answer a sample with a torque (n,), without gravity's [Nm]."""
-        raise NotImplementedError(f"{self.name} takes no torques")
+        raise SourceError(self.name, "takes no torques: it can only be listened to")
 
     def plan(self, t: float) -> Pose:
         """Return where the tip of a commanded arm is to be, by the time in its plan [s]."""
-        raise NotImplementedError(f"{self.name} has no plan")
+        raise SourceError(self.name, "has no plan: it can only be listened to")
 
     @property
     def posture(self) -> ArrayLike | None:

@@ -120,6 +120,7 @@ class Memory:
         record: one record of `memory_dtype`.
         sample: the sample that is being taken, and after it the one before.
         history: the last rows, a ring.
+        of_joints: whether the channels of the detector are joints, not a wrench.
         dft: the detector's tables and sums.
         arrays: all of them in the order in which the kernel takes them.
     """
@@ -131,6 +132,7 @@ class Memory:
         scale = _WRENCH_SCALE if wrench or robot is None else _torque_scale(robot)
         glr = glr_record(config.fast, config.noise, scale, rate_hz)
         self.channels = len(scale)
+        self.of_joints = robot is not None and not wrench
         self.longest = glr.dtype["ring"].shape[1] // 2
         self.record: Any = np.zeros(1, memory_dtype(width, self.channels, self.longest))
         memory = self.record[0]

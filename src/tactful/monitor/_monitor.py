@@ -81,13 +81,13 @@ class Monitor:
         self.causes = causes
         self._source: Source | None = None
         self._channels: tuple[str, ...] = ()
-        self._begin(Memory(robot, self.config, wrench=robot is None))
+        self._begin(Memory(robot, self.config, wrench=robot is None or self.config.source == "wrench"))
         self.expect(plan)
 
     def _begin(self, memory: Memory) -> None:
         self._memory = memory
         robot = self.robot
-        located = robot is not None and memory.channels == robot.n and any(c.link >= 0 for c in robot.capsules)
+        located = robot is not None and memory.of_joints and any(c.link >= 0 for c in robot.capsules)
         self._locator = Locator(robot, memory, self.config) if robot is not None and located else None
         self._contacts = Contacts(memory, self.config, self.classifier, self._locator)
         self._bind()
