@@ -39,9 +39,10 @@ class Locator:
     contact lasts. Its covariance is that of the noise behind the two poles of `WHERE_HZ`, w = 2 pi WHERE_HZ, and of the
     error of the model,
 
-        Sigma = c^2 [(w^3 h / 4) M diag(sigma_dq^2) M + (w h / 4) diag(sigma_tau^2) + diag((sigma_m + sigma_mv |dq|)^2)]
+        Sigma = c^2 [(w^3 h / 4) M diag(sigma_dq^2) M + (w h / 4) diag(sigma_tau^2) + diag(e) R diag(e)]
 
-    with c = 2, since the error of the model is not white, and goes with the pose for all joints at once.
+    with e and R of the detector's V (`detection._glr.step`) and c = 2, since the error of the model is not white, and
+    goes with the pose for all joints at once.
     The first contact of two is known to the second.
 
     Args:
@@ -118,8 +119,9 @@ class Locator:
     def _covariance(self, q: Array, dq: Array) -> Array:
         glr = self._memory.record[0]["glr"]
         h, w = 1 / self._config.rate_hz, 2 * np.pi * WHERE_HZ
-        model = glr["model_std"] + glr["model_speed"] * np.abs(dq)
-        Sigma = np.diag(0.25 * w * h * glr["torque_variance"] + model**2)
+        reversal = glr["model_reversal"] * (glr["friction"] - glr["slow_friction"])
+        error = np.sqrt(glr["model_std"] ** 2 + (glr["model_speed"] * dq) ** 2 + reversal**2)
+        Sigma = np.outer(error, error) * glr["correlation"] + np.diag(0.25 * w * h * glr["torque_variance"])
         if self._memory.sample[0]["source"] == TAU:
             M = self._dynamics.mass_matrix(q)
             Sigma += 0.25 * w**3 * h * (M * glr["velocity_variance"]) @ M
