@@ -1,6 +1,7 @@
 """What comes out: lines, files, pictures."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from tactful import Monitor, MonitorConfig, Recording, Timeline
+from tactful.classification import Evidence
 from tactful.errors import TactfulError
 
 
@@ -94,3 +96,13 @@ def test_a_picture_needs_a_trace_and_a_format(timeline: Timeline, tmp_path: Path
         bare.plot()
     with pytest.raises(TactfulError, match="not supported"):
         timeline.plot(tmp_path / "picture.xyz")
+
+
+def test_what_decided_is_the_verdict_not_what_explains_it(timeline: Timeline) -> None:
+    """People read one line: the last evidence with a threshold, not the feature that is listed after it."""
+    verdict = Evidence("probability", 0.9, 0.5, "cooperation: probability of cooperation 0.900 > 0.5")
+    feature = Evidence("power", 0.4, None, "power 0.4: 1.2 for cooperation")
+    event = replace(timeline.events[0], evidence=(verdict, feature))
+    assert event.decision == verdict.text
+    assert replace(event, evidence=(feature,)).decision == feature.text
+    assert replace(event, evidence=()).decision == ""

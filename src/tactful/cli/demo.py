@@ -63,11 +63,11 @@ def demo(*, out: Path = Path("tactful-demo"), seed: int = 0, impact: bool = Fals
     console.print("An arm is to insert a peg; its reference leads against the side of the box, until a hand helps.")
     latest: dict[int, ContactEvent] = {}
 
-    def show(event: "ContactEvent") -> None:
+    def show(t: float, event: "ContactEvent") -> None:
         why = "" if event.phase == "ended" else _why(event, latest.get(event.id))
         latest[event.id] = event
         console.print(
-            f"[dim]{event.end_s if event.phase == 'ended' and event.end_s else event.detected_s:6.3f} s[/dim]",
+            f"[dim]{t:6.3f} s[/dim]",
             Text(f"{event.kind} {event.phase}".replace("_", " ").ljust(19), style=KIND_STYLES[event.kind]),
             f"[dim]{why}[/dim]",
             soft_wrap=True,
@@ -106,7 +106,7 @@ def _why(event: "ContactEvent", before: "ContactEvent | None") -> str:
     """Say what is new in an event."""
     if event.link is not None and event.location is not None and (before is None or before.link != event.link):
         return f"on {event.link}, P = {event.location.confidence:.3f}"
-    return event.evidence[-1].text.partition(": ")[2] if event.evidence else "to be classified"
+    return event.decision.partition(": ")[2] or "to be classified"
 
 
 def _table(events: list["ContactEvent"], execution: "Execution") -> Table:

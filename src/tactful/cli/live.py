@@ -190,7 +190,7 @@ class _Teller:
         print(jsonlib.dumps({"source": self._source.name, "t": t, **event.to_dict()}, allow_nan=False), flush=True)
 
     def _print(self, t: float, event: "ContactEvent") -> None:
-        told = event.evidence[-1].text.partition(": ")[2] if event.evidence else "to be classified"
+        told = event.decision.partition(": ")[2] or "to be classified"
         self._console.print(
             f"[dim]{t:8.3f} s[/dim]",
             Text(f"{event.kind} {event.phase}".replace("_", " ").ljust(19), style=KIND_STYLES[event.kind]),

@@ -116,9 +116,10 @@ class Tuning:
         told = f"{safest.count} of {safest.total} collisions are taken for cooperation at the safest value"
         if needed is None:
             return f"{told}, more than {100 * self.limit:g} %: no number of events helps, another classifier would"
+        more = needed - safest.total
         return (
-            f"{told}, which bounds their share at {100 * self.bounds[0]:.1f} %: "
-            f"{needed - safest.total} more collisions are needed if they come out alike"
+            f"{told}, which bounds their share at {100 * self.bounds[0]:.2f} %: "
+            f"{more} more collision{'s are' if more != 1 else ' is'} needed if they come out alike"
         )
 
 

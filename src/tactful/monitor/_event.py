@@ -84,6 +84,15 @@ class ContactEvent:
     damped: bool
     """Whether the force was damped near a singularity, and is too small along the lost direction."""
 
+    @property
+    def decision(self) -> str:
+        """What decided last, in words; empty as long as nothing has.
+
+        That is the last evidence with a threshold: what follows it only explains it.
+        """
+        decisive = [item for item in self.evidence if item.threshold is not None] or self.evidence[-1:]
+        return decisive[-1].text if decisive else ""
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers, strings and lists; what is not a finite number is None."""
         return _plain(asdict(self))  # type: ignore[no-any-return]

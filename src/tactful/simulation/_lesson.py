@@ -105,7 +105,7 @@ class Lesson:
         monitor: Monitor,
         *,
         helped: bool,
-        on_event: Callable[[ContactEvent], None] = lambda event: None,
+        on_event: Callable[[float, ContactEvent], None] = lambda t, event: None,
     ) -> Execution:
         """Execute a plan to its end, or until the help is over.
 
@@ -114,7 +114,7 @@ class Lesson:
             end_s: how long the plan is [s].
             monitor: a fresh monitor of the arm.
             helped: whether the operator helps when the arm is stuck.
-            on_event: is told every event of the monitor when it comes.
+            on_event: is told the time [s] of every event of the monitor, and the event, when it comes.
         """
         model_rng, constants_rng = np.random.default_rng(self.spec.arm).spawn(2)
         true = mistaken(self.robot, model_rng, scale=self.spec.mismatch) if self.spec.mismatch else self.robot
@@ -147,7 +147,7 @@ class Lesson:
             if event is not None:
                 latest[event.id] = event
                 reactor.react(event, sample.t, sample.q)
-                on_event(event)
+                on_event(sample.t, event)
             if stuck_s is not None:
                 continue
             if reached_s > end_s + _AFTER_S and (operator is None or self.inserted(cell)):

@@ -37,7 +37,7 @@ def headline(event: ContactEvent) -> str:
 
 def reason(event: ContactEvent) -> str:
     """Return what decided, and how sure it is."""
-    told = event.evidence[-1].text if event.evidence else "not classified yet"
+    told = event.decision or "not classified yet"
     if not told.startswith((kind_of(event), "unclassified")):
         told = f"{kind_of(event)}: {told}"
     return f"{told}, p = {event.confidence:.2f}"
