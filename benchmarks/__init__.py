@@ -40,6 +40,7 @@ def run(sizes: Sizes, file: Path, console: Console) -> dict[str, Any]:
     from benchmarks._chain import measure_chain
     from benchmarks._episodes import measure_episodes
     from benchmarks._hour import measure_hour
+    from benchmarks._locate import measure_locate
     from benchmarks._loop import measure_loop
     from benchmarks._report import report
     from benchmarks._start import measure_start
@@ -52,6 +53,8 @@ def run(sizes: Sizes, file: Path, console: Console) -> dict[str, Any]:
         result |= measure_start(ROBOT, sizes.repeats, first_call=sizes.first_call)
     with console.status("the chain and its peers"):
         result |= measure_chain(robot, sizes.rounds)
+    with console.status("the location of contacts"):
+        result |= measure_locate(robot)
     with console.status("an hour at 1 kHz"):
         result |= measure_hour(ROBOT, sizes.hour_s, sizes.repeats, file.parent)
     with console.status("the loop at 1 kHz"):

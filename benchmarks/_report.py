@@ -13,6 +13,7 @@ BOUNDS: tuple[tuple[str, str, str, str, float], ...] = (
     ("ratio_pinocchio_batch", "against Pinocchio's Python calls, batch", "times", "≥", 20.0),
     ("ratio_pinocchio_stream", "against Pinocchio's Python calls, streaming", "times", "≥", 12.0),
     ("ratio_mujoco_batch", "against MuJoCo's Python functions, batch", "times", "≥", 12.0),
+    ("locate_us", "where a contact is, a look every 10 ms", "µs/call", "≤", 150.0),
     ("hour_s", "an hour at 1 kHz from Parquet, whole process", "s", "<", 15.0),
     ("hour_peak_gb", "its memory at most", "GB", "<", 2.0),
     ("cli_s", "tactful monitor on 10 s", "s", "<", 2.5),
