@@ -82,11 +82,12 @@ def aim_aware(
 
 
 @study.command
-def impact_causes(*, learn: int = 80, test: int = 60, seed: int = 0, out: Path) -> None:
+def impact_causes(*, learn: int = 160, test: int = 60, seed: int = 0, out: Path) -> None:
     """Measure how well it is told what went wrong with a planned impact, and how the surface is inclined.
 
     Simulates impacts of a planar arm with one thing wrong at a time, learns their causes from some and measures on
-    others; writes causes.npz (for `tactful monitor --causes`), summary.json and tables.md.
+    others, for plans that count on a fixed surface, on friction, or on an object that gives way; writes summary.json,
+    tables.md, and a model for each (causes-fixed.npz and so on, for `tactful monitor --causes`).
 
     Args:
         learn: Runs of each cause to learn from, half of them with noisy sensors.

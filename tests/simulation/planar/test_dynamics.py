@@ -5,9 +5,16 @@ import pytest
 
 from tactful.dynamics import Dynamics
 from tactful.impacts import CompliantContactConfig
-from tactful.simulation.planar import ArmConfig, PlanarConfig, forward_kinematics, inverse_kinematics, planar_robot
+from tactful.simulation.planar import (
+    ArmConfig,
+    PlanarConfig,
+    SurfaceConfig,
+    forward_kinematics,
+    inverse_kinematics,
+    planar_robot,
+)
 from tactful.simulation.planar._arm import absolute, jacobian, point_jacobians
-from tactful.simulation.planar._dynamics import derivative, plant_record, step
+from tactful.simulation.planar._dynamics import STATE, derivative, plant_record, step
 
 ARM = ArmConfig(coulomb_nm=(1.0, 0.8, 0.3), viscous_nms=(1.0, 0.5, 0.2))
 CONFIG = PlanarConfig(arm=ARM, contact=CompliantContactConfig(friction=0.3))
@@ -25,10 +32,10 @@ def test_agrees_with_the_general_kernels() -> None:
         tau = K * (theta - q) + D * (dtheta - dq)
         ddq = np.linalg.solve(dynamics.mass_matrix(q), tau - _bias(dynamics, q, dq))
         friction = np.array(ARM.viscous_nms) * dtheta + np.array(ARM.coulomb_nm) * np.tanh(dtheta / 0.01)
-        state, slope = np.r_[absolute(q), absolute(dq), theta, dtheta], np.empty(12)
+        state, slope = np.r_[absolute(q), absolute(dq), theta, dtheta, 0, 0], np.empty(STATE)
         derivative(plant, u, state, slope)
         np.testing.assert_allclose(slope[3:6], absolute(ddq), rtol=1e-9, atol=1e-6)
-        np.testing.assert_allclose(slope[9:], (u - tau - friction) / B, rtol=1e-9)
+        np.testing.assert_allclose(slope[9:12], (u - tau - friction) / B, rtol=1e-9)
 
 
 def _bias(dynamics: Dynamics, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
@@ -43,9 +50,9 @@ def test_contact_forces_act_through_their_jacobians() -> None:
     plant = plant_record(CONFIG)[0]
     q = inverse_kinematics(ARM, np.array([0.3, -0.05, -np.pi / 2 + 0.001]))
     plant["surface"] = 0.3, -0.0495
-    state, slope, free = np.r_[absolute(q), 0.1, -0.5, 0.2, q, 0, 0, 0], np.empty(12), np.empty(12)
+    state, slope, free = np.r_[absolute(q), 0.1, -0.5, 0.2, q, np.zeros(5)], np.empty(STATE), np.empty(STATE)
     derivative(plant, np.zeros(3), state, slope)
-    F_n, F_t, M = plant["F_n"].copy(), plant["F_t"].copy(), Dynamics(planar_robot(ARM)).mass_matrix(q)
+    F_n, F_t, M = plant["F_n"][:2].copy(), plant["F_t"][:2].copy(), Dynamics(planar_robot(ARM)).mass_matrix(q)
     assert (F_n > 0).all()
     assert (np.abs(F_t) > 0).all()
     plant["surface"] = 0.0, -10.0
@@ -53,6 +60,23 @@ def test_contact_forces_act_through_their_jacobians() -> None:
     J_N, J_T = point_jacobians(ARM, q)
     change = np.diff(slope[3:6] - free[3:6], prepend=0.0)
     np.testing.assert_allclose(M @ change, J_N.T @ F_n + J_T.T @ F_t, rtol=1e-9)
+
+
+def test_an_object_gives_way_to_what_the_tool_is_pushed_with() -> None:
+    """The object obeys m ddz = -(sum of the tool's normal forces) - k z - d dz, also where it ends."""
+    surface = SurfaceConfig(mass_kg=4.0, support_n_m=300.0, support_ns_m=20.0, end_m=0.05)
+    plant = plant_record(PlanarConfig(surface=surface, contact=CompliantContactConfig(friction=0.3)))[0]
+    z, dz = -0.004, -0.1
+    q = inverse_kinematics(ARM, np.array([0.3, -0.05, -np.pi / 2 + 0.02]))
+    normal = np.array([-np.sin(0.02), np.cos(0.02)])
+    plant["normal"], plant["surface"] = normal, np.array([0.3, -0.05]) + (0.001 - z) * normal
+    state, slope = np.r_[absolute(q), 0.1, -0.5, 0.2, q, 0, 0, 0, z, dz], np.empty(STATE)
+    derivative(plant, np.zeros(3), state, slope)
+    F_n = plant["F_n"]
+    assert (F_n[[0, 3]] > 0).all()
+    assert (F_n[[1, 2]] == 0).all()
+    np.testing.assert_allclose(4.0 * slope[13], -F_n.sum() - 300.0 * z - 20.0 * dz, rtol=1e-9)
+    assert slope[12] == dz
 
 
 def test_kinematics() -> None:
@@ -82,7 +106,7 @@ def test_energy_is_kept_without_damping() -> None:
     plant, dynamics = plant_record(PlanarConfig(arm=arm))[0], Dynamics(planar_robot(arm))
     plant["surface"] = 0.0, -10.0
     q = np.array([0.5, -0.7, -0.3])
-    plant["state"] = np.r_[absolute(q), absolute([0.5, 0.3, -1.0]), q, 0, 0, 0]
+    plant["state"][:12] = np.r_[absolute(q), absolute([0.5, 0.3, -1.0]), q, 0, 0, 0]
     before = _energy(plant, plant["state"].copy(), dynamics)
     for _ in range(1000):
         step(plant, np.zeros(3), 5e-4, 5e-4, 1e-4)
@@ -94,7 +118,7 @@ def test_energy_only_falls_in_damped_joints_and_contacts() -> None:
     plant, dynamics = plant_record(CONFIG)[0], Dynamics(planar_robot(ARM))
     plant["surface"] = 0.3, -0.05
     q = inverse_kinematics(ARM, np.array([0.3, -0.049, -np.pi / 2 + 0.01]))
-    plant["state"] = np.r_[absolute(q), absolute([-0.5, -0.3, -0.2]), q, 0, 0, 0]
+    plant["state"][:12] = np.r_[absolute(q), absolute([-0.5, -0.3, -0.2]), q, 0, 0, 0]
     last = _energy(plant, plant["state"].copy(), dynamics)
     touched = False
     for _ in range(300):

@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 
 from tactful.control import ImpactControlConfig
+from tactful.dynamics import Dynamics
 from tactful.errors import TactfulError
-from tactful.impacts import CompliantContactConfig
+from tactful.impacts import CompliantContactConfig, impact
 from tactful.simulation.planar import (
     ArmConfig,
     PlanarConfig,
     SensorsConfig,
+    SurfaceConfig,
     TaskConfig,
     forward_kinematics,
     plan_impact,
+    planar_robot,
     simulate_impact,
     simulate_impacts,
 )
@@ -81,7 +84,6 @@ def test_on_an_incline_one_edge_lands_first(beta: float, first: int) -> None:
 def test_residual_of_an_exact_model_is_the_true_torque() -> None:
     """tau_ext of the run is M ddq + C dq + g - tau - D K^-1 dtau: the observer of the package finds it."""
     from tactful.estimation import MomentumObserver, ObserverConfig
-    from tactful.simulation.planar import planar_robot
 
     run = simulate_impact(80.0, 0.3, 2.0)
     observer = MomentumObserver(planar_robot(), ObserverConfig(bandwidth_hz=30.0, joint_flexibility=True))
@@ -116,8 +118,55 @@ def test_finer_steps_change_little() -> None:
 def test_a_ball_touches_with_one_point() -> None:
     """Single-contact impacts run through the same code."""
     run = simulate_impact(90.0, 0.3, 3.0, PlanarConfig(arm=ArmConfig(tip="ball")))
-    assert run.force_n.shape[1] == 1
+    assert run.force_n.shape[1] == 1 + 2
+    assert (run.force_n[:, 1:] == 0).all()
     assert run.touches[0].time_s == pytest.approx(0.5, abs=2e-3)
+
+
+@pytest.mark.parametrize(("side", "end", "tilt"), [("end_m", 3, -1), ("begin_m", 2, 1)])
+def test_a_tool_beyond_the_end_of_a_surface_tips_over_its_edge(side: str, end: int, tilt: int) -> None:
+    """Less than half of the face is held: the end of the surface carries it alone, and the tool turns about it."""
+    run = simulate_impact(90.0, 0.3, 0.0, PlanarConfig(surface=SurfaceConfig(**{side: tilt * 0.04})))
+    assert {touch.point for touch in run.touches[:2]} == {0 if tilt < 0 else 1, end}
+    held = run.force_n[700:, :, 0].mean(axis=0)
+    assert held[end] == pytest.approx(80.0, rel=0.1)
+    assert np.delete(held, end) == pytest.approx(0.0, abs=1.0)
+    turned = np.degrees(forward_kinematics(ArmConfig(), run.q[700])[2] + np.pi / 2)
+    assert tilt * turned > 2.0
+
+
+def test_a_surface_that_reaches_beyond_the_tool_has_no_end() -> None:
+    """An end that nothing meets changes nothing."""
+    endless = simulate_impact(80.0, 0.3, 2.0)
+    reaching = simulate_impact(80.0, 0.3, 2.0, PlanarConfig(surface=SurfaceConfig(begin_m=-0.15, end_m=0.18)))
+    np.testing.assert_array_equal(endless.q, reaching.q)
+
+
+def test_the_object_takes_the_momentum_that_the_tool_loses() -> None:
+    """Free of any support, its velocity is the impulse of the tool over its mass; very heavy, it is a fixed surface."""
+    heavy = simulate_impact(90.0, 0.3, 0.0, PlanarConfig(surface=SurfaceConfig(mass_kg=1e7)))
+    np.testing.assert_allclose(heavy.dq, simulate_impact(90.0, 0.3, 0.0).dq, atol=1e-3)
+    stiff = CompliantContactConfig(stiffness=2e9, restitution=0.01)
+    for mass in (2.0, 10.0):
+        config = PlanarConfig(surface=SurfaceConfig(mass_kg=mass), contact=stiff, contact_step_s=1e-5, duration_s=0.501)
+        run = simulate_impact(75.0, 0.3, 0.0, config)
+        J_N, _ = point_jacobians(ArmConfig(), run.q[-1])
+        M = np.zeros((4, 4))
+        M[:3, :3], M[3, 3] = Dynamics(planar_robot()).mass_matrix(run.q[-1]), mass
+        after = impact(M, np.append(run.dq[499], 0.0), np.column_stack([J_N, -np.ones(2)])).dq_plus
+        assert (J_N @ run.dq[-1]).mean() == pytest.approx(after[3], rel=0.05)
+
+
+def test_the_plan_of_an_object_shares_its_momentum() -> None:
+    """The impulse along the normal that slows the arm is what the object takes with it, at the speed of the tip."""
+    plan, _ = plan_impact(75.0, 0.3, PlanarConfig(task=TaskConfig(object_mass_kg=4.0)))
+    J = jacobian(ArmConfig(), plan.q_d)
+    M_r = Dynamics(planar_robot(), motor_inertia=True).mass_matrix(plan.q_d)
+    before = 0.3 * np.array([np.cos(np.radians(75)), -np.sin(np.radians(75)), 0.0])
+    after = J @ plan.dq_d(plan.t_d_s)
+    impulse = np.linalg.solve(J.T, M_r @ np.linalg.solve(J, after - before))
+    assert -0.3 < after[1] < 0
+    np.testing.assert_allclose(impulse[:2], [0.0, -4.0 * after[1]], atol=1e-9)
 
 
 def test_delay_and_friction_are_felt() -> None:
@@ -150,6 +199,8 @@ def test_bad_input() -> None:
         simulate_impact(90.0, 1.2, 0.0)
     with pytest.raises(TactfulError, match="rows of alpha"):
         simulate_impacts([(90.0, 0.3)])  # type: ignore[list-item]
+    with pytest.raises(TactfulError, match="end after it begins"):
+        SurfaceConfig(begin_m=0.1, end_m=0.0)
     with pytest.raises(TactfulError, match="jobs"):
         simulate_impacts([(90.0, 0.3, 0.0)], jobs=0)
 

@@ -1,7 +1,7 @@
 """A planar arm with elastic joints that impacts a surface: the experiment of the aim-aware paper in simulation."""
 
 from tactful.simulation.planar._arm import forward_kinematics, inverse_kinematics, planar_robot
-from tactful.simulation.planar._config import ArmConfig, PlanarConfig, SensorsConfig, TaskConfig
+from tactful.simulation.planar._config import ArmConfig, PlanarConfig, SensorsConfig, SurfaceConfig, TaskConfig
 from tactful.simulation.planar._plan import plan_impact
 from tactful.simulation.planar._simulate import PlanarImpact, Touch, simulate_impact, simulate_impacts
 
@@ -10,6 +10,7 @@ __all__ = [
     "PlanarConfig",
     "PlanarImpact",
     "SensorsConfig",
+    "SurfaceConfig",
     "TaskConfig",
     "Touch",
     "forward_kinematics",

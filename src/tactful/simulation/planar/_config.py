@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat, PositiveFloat
+from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from tactful.config import Config
 from tactful.control import ImpactControlConfig
@@ -72,6 +73,39 @@ class TaskConfig(Config):
     """Coefficient of friction that the impact map assumes."""
     restitution: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Coefficient of restitution that the impact map assumes."""
+    object_mass_kg: PositiveFloat | None = None
+    """Mass of the object that the impact map assumes, free to give way along the normal; None is a fixed surface."""
+
+
+class SurfaceConfig(Config):
+    """The surface that is struck, where it is not a fixed plane without end."""
+
+    begin_m: float | None = None
+    """Where it begins, along it from the place of the planned impact; None is without end. A flat tool that reaches
+    beyond comes to lie on the edge [m]."""
+    end_m: float | None = None
+    """Where it ends [m]."""
+    mass_kg: PositiveFloat | None = None
+    """Mass of the object whose face it is and which gives way along the normal, at rest before; None is fixed [kg]."""
+    support_n_m: NonNegativeFloat = 0.0
+    """Stiffness of what the object rests on [N/m]."""
+    support_ns_m: NonNegativeFloat = 0.0
+    """Damping of what the object rests on [Ns/m]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        begin, end = self.reach_m
+        if not begin < end:
+            raise ValueError(f"reaches from {begin:g} to {end:g} m: it has to end after it begins")
+        return self
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """Where it begins and ends [m]."""
+        return (
+            -math.inf if self.begin_m is None else self.begin_m,
+            math.inf if self.end_m is None else self.end_m,
+        )
 
 
 class SensorsConfig(Config):
@@ -90,6 +124,7 @@ class PlanarConfig(Config):
 
     arm: ArmConfig = ArmConfig()
     task: TaskConfig = TaskConfig()
+    surface: SurfaceConfig = SurfaceConfig()
     contact: CompliantContactConfig = CompliantContactConfig()
     control: ImpactControlConfig = ImpactControlConfig()
     sensors: SensorsConfig = SensorsConfig()

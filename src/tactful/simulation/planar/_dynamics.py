@@ -16,8 +16,11 @@ from tactful.simulation.planar._config import PlanarConfig
 Array = NDArray[np.float64]
 Record = np.ndarray[tuple[int], np.dtype[np.void]]
 
-STATE = 12
-"""Absolute angles of the links, their rates, positions of the motors, their rates; three each."""
+STATE = 14
+"""Absolute angles of the links, their rates, positions of the motors, their rates, three each; how far the surface has
+given way along its normal, and its rate."""
+_AWAY = 1e9
+"""Gap of a point that has nothing before it [m]."""
 
 
 @functools.cache
@@ -43,15 +46,21 @@ def plant_dtype(points: int) -> np.dtype[np.void]:
             ("v_s", "f8"),  # sliding speed of the regularized friction [m/s]
             ("surface", "f8", (2,)),  # a point of it
             ("normal", "f8", (2,)),
+            ("reach", "f8", (2,)),  # where it begins and ends, along (n_y, -n_x) [m]
+            ("yielding", "f8"),  # one over the mass of its object; 0: fixed [1/kg]
+            ("support_k", "f8"),
+            ("support_d", "f8"),
             ("cos", *three),
             ("sin", *three),
             ("M", "f8", (3, 3)),
             ("bias", *three),
             ("Q", *three),
-            ("gap", "f8", (points,)),  # negative: penetration [m]
-            ("closing", "f8", (points,)),  # -d gap / dt [m/s]
-            ("F_n", "f8", (points,)),  # [N]
-            ("F_t", "f8", (points,)),
+            # of the contact points, then of the two ends of the surface against the face
+            ("gap", "f8", (points + 2,)),  # negative: penetration [m]
+            ("closing", "f8", (points + 2,)),  # -d gap / dt [m/s]
+            ("F_n", "f8", (points + 2,)),  # [N]
+            ("F_t", "f8", (points + 2,)),
+            ("load", "f8"),  # on the surface, against its normal [N]
             ("state", "f8", (STATE,)),
             ("trial", "f8", (STATE,)),
             ("slope", "f8", (4, STATE)),
@@ -82,8 +91,11 @@ def plant_record(config: PlanarConfig) -> Record:
     plant["k"], plant["p"], plant["d"] = contact.stiffness, contact.exponent, contact.damping_s_m
     plant["mu"], plant["v_s"] = contact.friction, contact.friction_speed_m_s
     reach = max(offset**2 for offset in arm.offsets_m) + (length[2] / 2) ** 2
-    plant["lightest"] = mass[2] / (1 + reach / (length[2] ** 2 / 12))
-    plant["normal"] = (0.0, 1.0)
+    surface = config.surface
+    plant["yielding"] = 0.0 if surface.mass_kg is None else 1 / surface.mass_kg
+    plant["lightest"] = 1 / ((1 + reach / (length[2] ** 2 / 12)) / mass[2] + plant["yielding"])
+    plant["normal"], plant["reach"] = (0.0, 1.0), surface.reach_m
+    plant["support_k"], plant["support_d"] = surface.support_n_m, surface.support_ns_m
     return record  # type: ignore[no-any-return]
 
 
@@ -107,31 +119,51 @@ def inertia(plant: Any, state: Array) -> None:
 
 @njit(cache=True)
 def contacts(plant: Any, state: Array) -> None:
-    """Set gaps, closing speeds and forces, and add the forces to Q, after `inertia`."""
-    x = y = dx = dy = 0.0
+    """Set gaps, closing speeds and forces, add the forces to Q and to the load of the surface, after `inertia`."""
+    x, y, dx, dy = -plant.surface[0], -plant.surface[1], 0.0, 0.0  # of the tip, against the surface's point at rest
     for i in range(3):
         x += plant.length[i] * plant.cos[i]
         y += plant.length[i] * plant.sin[i]
         dx -= plant.length[i] * plant.sin[i] * state[3 + i]
         dy += plant.length[i] * plant.cos[i] * state[3 + i]
     n_x, n_y = plant.normal[0], plant.normal[1]
-    for c in range(plant.offset.shape[0]):
-        s = plant.offset[c]  # the face lies along (-sin, cos) of the last link
-        p_x, p_y = x - s * plant.sin[2], y + s * plant.cos[2]
-        v_x, v_y = dx - s * plant.cos[2] * state[5], dy - s * plant.sin[2] * state[5]
-        gap = (p_x - plant.surface[0]) * n_x + (p_y - plant.surface[1]) * n_y
-        closing = -(v_x * n_x + v_y * n_y)
-        plant.gap[c], plant.closing[c] = gap, closing
-        plant.F_n[c] = plant.F_t[c] = 0.0
-        if gap >= 0.0:
-            continue
-        F_n = contact_force(plant.k, plant.p, plant.d, -gap, closing)
-        F_t = friction_force(plant.mu, plant.v_s, F_n, v_x * n_y - v_y * n_x)
-        plant.F_n[c], plant.F_t[c] = F_n, F_t
-        f_x, f_y = F_n * n_x + F_t * n_y, F_n * n_y - F_t * n_x
-        for i in range(3):
-            plant.Q[i] += plant.length[i] * (f_y * plant.cos[i] - f_x * plant.sin[i])
-        plant.Q[2] -= s * (f_x * plant.cos[2] + f_y * plant.sin[2])
+    x, y = x - n_x * state[12], y - n_y * state[12]
+    dx, dy = dx - n_x * state[13], dy - n_y * state[13]
+    u_x, u_y = plant.cos[2], plant.sin[2]  # out of the face, which lies along (-u_y, u_x)
+    plant.load = 0.0
+    points = plant.offset.shape[0]
+    for c in range(points):
+        s = plant.offset[c]
+        p_x, p_y = x - s * u_y, y + s * u_x
+        along = p_x * n_y - p_y * n_x
+        plant.gap[c] = p_x * n_x + p_y * n_y if plant.reach[0] <= along <= plant.reach[1] else _AWAY
+        _touch(plant, state, c, s, dx - s * u_x * state[5], dy - s * u_y * state[5], n_x, n_y)
+    half = plant.offset[points - 1]
+    for end in range(2):
+        plant.gap[points + end], s = _AWAY, 0.0
+        if math.isfinite(plant.reach[end]):
+            d_x, d_y = plant.reach[end] * n_y - x, -plant.reach[end] * n_x - y
+            s = d_y * u_x - d_x * u_y
+            if abs(s) < half:
+                plant.gap[points + end] = d_x * u_x + d_y * u_y
+        _touch(plant, state, points + end, s, dx - s * u_x * state[5], dy - s * u_y * state[5], -u_x, -u_y)
+
+
+@njit(cache=True)
+def _touch(plant: Any, state: Array, c: int, s: float, v_x: float, v_y: float, n_x: float, n_y: float) -> None:
+    """Let contact c act at s along the face, where the velocity against the surface is v, along the normal n."""
+    plant.closing[c] = -(v_x * n_x + v_y * n_y) if plant.gap[c] < _AWAY else 0.0
+    plant.F_n[c] = plant.F_t[c] = 0.0
+    if plant.gap[c] >= 0.0:
+        return
+    F_n = contact_force(plant.k, plant.p, plant.d, -plant.gap[c], plant.closing[c])
+    F_t = friction_force(plant.mu, plant.v_s, F_n, v_x * n_y - v_y * n_x)
+    plant.F_n[c], plant.F_t[c] = F_n, F_t
+    f_x, f_y = F_n * n_x + F_t * n_y, F_n * n_y - F_t * n_x
+    plant.load += f_x * plant.normal[0] + f_y * plant.normal[1]
+    for i in range(3):
+        plant.Q[i] += plant.length[i] * (f_y * plant.cos[i] - f_x * plant.sin[i])
+    plant.Q[2] -= s * (f_x * plant.cos[2] + f_y * plant.sin[2])
 
 
 @njit(cache=True)
@@ -179,6 +211,8 @@ def derivative(plant: Any, u: Array, state: Array, slope: Array) -> None:
         slope[i] = state[3 + i]
     contacts(plant, state)
     solve_three(plant.M, plant.Q, slope[3:6])
+    slope[12] = state[13]
+    slope[13] = -plant.yielding * (plant.load + plant.support_k * state[12] + plant.support_d * state[13])
 
 
 @njit(cache=True)
@@ -189,7 +223,7 @@ def safe_step(plant: Any, coarse: float, fine: float) -> float:
     stability; the lightest that a point can be is the last link, free.
     """
     nearest, fastest, hardest = 1e9, 0.0, 0.0
-    for c in range(plant.offset.shape[0]):
+    for c in range(plant.gap.shape[0]):
         nearest = min(nearest, plant.gap[c])
         fastest = max(fastest, abs(plant.closing[c]))
         if plant.gap[c] < 0.0:

@@ -141,6 +141,7 @@ def _start(plant: Any, start: Array) -> None:
     x = plant.state
     for i in range(3):
         x[i], x[3 + i], x[6 + i], x[9 + i] = start[i], 0.0, start[i] - (start[i - 1] if i > 0 else 0.0), 0.0
+    x[12] = x[13] = 0.0
     inertia(plant, x)
     above = 0.0
     for i in range(2, -1, -1):
@@ -167,11 +168,11 @@ def run(
 ) -> tuple[int, int]:
     """Run one case.
 
-    Sets rows (N, 12): q, dq, tau_J as measured and the true tau_ext; residual (N, 3); force (N, c, 2): normal and
+    Sets rows (N, 12): q, dq, tau_J as measured and the true tau_ext; residual (N, 3); force (N, c + 2, 2): normal and
     tangential; touches (EVENTS, 3): time, point and speed of approach; detected (EVENTS,). Returns how many touches
     and detections.
     """
-    points = plant.offset.shape[0]
+    points = plant.gap.shape[0]
     _start(plant, start)
     observer.started = 0
     landed = np.zeros(points, dtype=np.bool_)

@@ -27,7 +27,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact point that comes onto the surface: when [s], which one, and how fast [m/s]."""
+    """A contact point that comes onto the surface: when [s], which one, and how fast [m/s].
+
+    The two points after the last one are the ends of a surface that come onto the face of the tool.
+    """
 
     time_s: float
     point: int
@@ -49,7 +52,8 @@ class PlanarImpact:
         tau: (N, 3) measured joint torques tau_J = K (theta - q) [Nm].
         tau_ext: (N, 3) true external torques [Nm].
         r: (N, 3) residual of the momentum observer in the loop [Nm].
-        force_n: (N, c, 2) true normal and tangential forces at the contact points [N].
+        force_n: (N, c + 2, 2) true normal and tangential forces at the contact points, and at the two ends of the
+            surface [N].
         touches: true landings, in order of time.
         detected_s: impacts that the controller detected; it switched at the first [s].
     """
@@ -140,7 +144,7 @@ def _simulate(cases: Array, config: PlanarConfig, seed: int, plans: dict[Any, An
     records.append(observer_record(robot, observing))
     plant, *_, observer = rows_of = [record[0] for record in records]
     clean = (plant.copy(), rows_of[1].copy(), observer.copy())
-    N, c = config.samples, len(config.arm.offsets_m)
+    N, c = config.samples, len(config.arm.offsets_m) + 2
     noisy = config.sensors.encoder_noise_rad > 0 or config.sensors.torque_noise_nm > 0
     t: Array = config.period_s * np.arange(N, dtype=np.float64)
     runs = []
