@@ -87,7 +87,7 @@ def algorithm_1(plan: ImpactPlan, config: AimAwareConfig, rows: Rows, *, literal
             upper = np.maximum(window.max(axis=0), (1 - share) * upper + share * window.max(axis=0))
         if not config.envelope:
             lower = upper = e[k]
-        t_j = t[impacts[-1]] if impacts else -np.inf
+        t_j = t[impacts[0 if config.xi_from == "first" else -1]] if impacts else -np.inf
         over = t[k] - t_j > config.xi_s + eps
         judge = bool(impacts) and k - impacts[-1] >= config.m_c
         if judge and not done and t[k - 1] - t_j <= config.xi_s + eps:
@@ -135,13 +135,13 @@ def named(codes: Any) -> list[str]:
     return [VERDICTS[int(code)] for code in codes]
 
 
-@pytest.mark.parametrize("literal", [False, True])
-def test_equals_the_algorithm(literal: bool) -> None:
+@pytest.mark.parametrize(("literal", "xi_from"), [(False, "last"), (True, "last"), (False, "first")])
+def test_equals_the_algorithm(literal: bool, xi_from: str) -> None:
     """Another hand wrote it from the paper, with windows cut out of whole arrays: every sample has to agree."""
     seen = set()
     for seed in range(60):
         config, rows = random_case(seed)
-        config = config.model_copy(update={"variant": "literal" if literal else "corrected"})
+        config = config.model_copy(update={"variant": "literal" if literal else "corrected", "xi_from": xi_from})
         aim = AimAware(PLAN, config)
         expected, needed = algorithm_1(PLAN, config, rows, literal=literal)
         assert named(aim.run(*rows)) == expected, f"seed {seed}"
@@ -275,6 +275,15 @@ def test_the_first_verdict_stays() -> None:
     corrected = verdict_of(rows, **settings)
     assert (corrected.verdict, corrected.judged, len(corrected.impact_s)) == ("unexpected", 1, 2)
     assert verdict_of(rows, variant="literal", **settings).verdict == "expected"
+
+
+def test_the_verdict_can_come_after_the_first_impact() -> None:
+    """An arm that lands edge after edge is judged in time; what comes later does not put the verdict off."""
+    rows = run_of([0.3, 0.36, 0.42])
+    last, first = verdict_of(rows), verdict_of(rows, xi_from="first")
+    assert (last.judged, first.judged) == (3, 2)
+    assert last.decided_s == pytest.approx(0.42 + 0.101)
+    assert first.decided_s == pytest.approx(0.3 + 0.101)
 
 
 def test_speaks_in_its_window_only() -> None:

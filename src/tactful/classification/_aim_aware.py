@@ -48,7 +48,8 @@ class AimAware:
 
         e_lb - e_m <= 0 <= e_ub + e_m    from m_c samples after the last impact to xi after it;
 
-    if all that holds, the impact is expected, else unexpected. The verdict comes xi after the last impact.
+    if all that holds, the impact is expected, else unexpected. The verdict comes xi after the last impact; with
+    `xi_from = "first"` xi after the first one, from what was seen until then.
 
     "literal" is Algorithm 1 as it is printed. "corrected", the default, differs from it:
 

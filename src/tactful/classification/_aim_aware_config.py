@@ -57,7 +57,10 @@ class AimAwareConfig(Config):
     """Largest rotation of the tool against the plan at the verdict, for a plan that knows it; None leaves it out.
     Paper: not there [deg]."""
     xi_s: Positive = 0.1
-    """Time from the last impact to the verdict [s]."""
+    """Time from an impact to the verdict [s]."""
+    xi_from: Literal["last", "first"] = "last"
+    """The impact that time begins at. From the first one the verdict is in time whatever follows, but rests on less:
+    judge the tilt, too. Paper: the last."""
     missed_s: Positive | None = None
     """Time after the planned one at which an impact that did not come is missed; None takes zeta_s [s]."""
 

@@ -39,6 +39,7 @@ def aim_aware_dtype(n: int, window: int) -> np.dtype[np.void]:
             ("detector", impact_dtype(n)),
             ("envelope", envelope_dtype(n, window)),
             ("literal", "i8"),
+            ("from_first", "i8"),  # whether xi begins at the first impact, or at the last one
             ("enveloped", "i8"),
             ("m_c", "i8"),
             ("zeta", "f8"),
@@ -102,6 +103,7 @@ def aim_aware_record(plan: ImpactPlan, config: AimAwareConfig) -> Any:
     aim["envelope"] = envelope_record(n, config.a_per_s, config.m_max)[0]
     aim["literal"] = config.variant == "literal"
     aim["enveloped"] = config.envelope
+    aim["from_first"] = config.xi_from == "first"
     aim["m_c"] = config.m_c
     aim["zeta"], aim["epsilon"], aim["iota"], aim["xi"] = config.zeta_s, config.epsilon_rad, config.iota_s, config.xi_s
     aim["e_m"] = config.margins(n)
@@ -259,10 +261,11 @@ def step(aim: Any, post_t: Array, post_dq: Array, t: float, q: Array, dq: Array,
         else:
             restart(aim.envelope, aim.e, 0)
     violated = False
-    if aim.judged > 0 and t - dt - aim.t_j <= aim.xi + _SLACK_S:
+    since = aim.impact_s[0] if aim.from_first else aim.t_j
+    if aim.judged > 0 and t - dt - since <= aim.xi + _SLACK_S:
         _record(aim, t, q)
         violated = aim.k >= aim.m_c and _judge(aim, t)
-    over = t - aim.t_j > aim.xi + _SLACK_S
+    over = t - since > aim.xi + _SLACK_S
     if aim.post == YET_UNKNOWN:
         if violated:
             aim.post = UNEXPECTED
