@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tactful import Robot
+from tactful import MonitorConfig, Robot
 from tactful.control import Pose
 from tactful.dynamics import Dynamics
 from tactful.live import ConnectionLostError, Sample, Source, SourceError
@@ -21,7 +21,8 @@ class FakeSource(Source):
 
     def __init__(self, *stretches: Sequence[float], commanded: bool = False, refuse: int = 0) -> None:
         self.name, self.rate_hz, self.robot = "fake", 1000.0, PANDA
-        self.commanded, self.speed = commanded, None
+        self.commanded, self.timed = commanded, False
+        self.config = MonitorConfig(robot={"model": "panda"})
         self.stretches = [list(stretch) for stretch in stretches]
         self.torques: list[NDArray[np.float64]] = []
         self.opened = self.closed = 0

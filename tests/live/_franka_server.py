@@ -1,9 +1,9 @@
 """A Franka arm on loopback: franky-sim's server, before our work cell, so that torques, contacts and gravity are true.
 
 Run as a program (the client's library keeps the interpreter while it waits, so the server needs a process of its own).
-It speaks libfranka's protocol on the address that it is given, one state for each torque or for each byte on its
-standard input, so that a test is in step with it however slow the machine is. It ends with its input, and then prints
-what really happened.
+It speaks libfranka's protocol on the address that it is given. While a client connects, it sends states by itself; from
+the first byte on its standard input on, one for each byte, and in a motion, one for each torque: so a test is in step
+with it however slow the machine is. It ends with its input, and then prints what really happened.
 """
 
 from __future__ import annotations
@@ -113,8 +113,8 @@ def serve(host: str, scene: Scene) -> None:
     server = Server(robot, [host])
     server.init()
     print(json.dumps({"ready": host}), flush=True)
-    credit = granted = sent = answered = 0
-    last = time.monotonic()
+    credit = granted = sent = answered = unasked = 0
+    in_step, last = False, time.monotonic()
     try:
         while scene.die_after is None or sent < scene.die_after:
             server.process_commands()
@@ -130,11 +130,15 @@ def serve(host: str, scene: Scene) -> None:
             if not due and time.monotonic() - last < patience_s:
                 time.sleep(2e-5)
                 continue
+            unasked += moving and not due
             answered, credit, last = server.commands, 0 if moving else max(0, credit - 1), time.monotonic()
             robot.step()
             if server.udp_connected:
                 server.send_state()
                 sent += 1
+            if due and not moving and not in_step:
+                in_step = True
+                print(json.dumps({"in_step": True}), flush=True)
     finally:
         server.reset_state()
         server.cleanup()
@@ -147,7 +151,8 @@ def serve(host: str, scene: Scene) -> None:
         for contact in robot.cell.contacts
     ]
     speed = float(np.abs(robot.cell.dq).max())
-    print(json.dumps({"sent": sent, "commands": server.commands, "contacts": contacts, "speed": speed}), flush=True)
+    counts = {"sent": sent, "commands": server.commands, "unasked": unasked}
+    print(json.dumps({**counts, "contacts": contacts, "speed": speed}), flush=True)
 
 
 if __name__ == "__main__":

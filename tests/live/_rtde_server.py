@@ -129,7 +129,7 @@ def serve(host: str, scene: Scene) -> None:
     controller = Controller(scene)
     client: Client | None = None
     sent = credit = granted = 0
-    free = True
+    free, in_step = True, False
     with socket.create_server((host, PORT)) as server:
         print(json.dumps({"ready": host}), flush=True)
         while scene.die_after is None or sent < scene.die_after:
@@ -157,6 +157,9 @@ def serve(host: str, scene: Scene) -> None:
                     client.send(controller.values(granted))
                 except OSError:
                     client = None
+                if granted and not in_step:
+                    in_step = True
+                    print(json.dumps({"in_step": controller.t}), flush=True)
         if client is not None:
             client.connection.close()
     print(json.dumps({"sent": sent, "touch_s": controller.touch_s}), flush=True)

@@ -31,6 +31,13 @@ class Served:
             self.process.stdin.write(b"." * count)
             self.process.stdin.flush()
 
+    def get_in_step(self) -> dict[str, Any]:
+        """Let a sample come, and return what the server says when it has sent it: from then on, none comes unasked."""
+        self.grant()
+        assert self.process.stdout is not None
+        told: dict[str, Any] = json.loads(self.process.stdout.readline())
+        return told
+
 
 @contextmanager
 def serve(module: str, host: str, scene: Scene) -> Iterator[Served]:

@@ -16,6 +16,7 @@ import pytest
 from tactful import Recording
 from tactful.cli._app import main
 from tactful.live import read_log
+from tactful.live.sources.sim import CONFIG
 from tests.live._fake import PANDA
 
 pytestmark = pytest.mark.timeout(300)  # kernels may have to be compiled
@@ -45,13 +46,13 @@ def test_json_is_the_events_and_nothing_else(recorded: tuple[Path, str]) -> None
 
 
 def test_monitor_says_the_same_of_the_recording(recorded: tuple[Path, str], capsys: pytest.CaptureFixture[str]) -> None:
-    """What was told live is found again by `tactful monitor`, and by a replay."""
+    """What was told live is found again by `tactful monitor`, and by a replay, which has the settings from it."""
     path, printed = recorded
     live = {line["id"]: (line["kind"], line["onset_s"]) for line in map(json.loads, printed.splitlines())}
-    assert main(["monitor", str(path), "--robot", "panda", "--json"]) == 0
+    assert main(["monitor", str(path), "--config", str(CONFIG), "--json"]) == 0
     again = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [(event["kind"], event["onset_s"]) for event in again] == list(live.values())
-    assert main(["live", "--source", f"replay:{path}", "--robot", "panda", "--speed", "0", "--json"]) == 0
+    assert main(["live", "--source", f"replay:{path}", "--speed", "0", "--json"]) == 0
     replayed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     without_source = [{key: value for key, value in line.items() if key != "source"} for line in replayed]
     expected = [

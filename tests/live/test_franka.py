@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any
@@ -18,14 +19,14 @@ from tactful import MonitorConfig, Recording, Robot
 from tactful.cli._app import main
 from tactful.control import MinimumJerkPath, Pose
 from tactful.dynamics import Dynamics
-from tactful.live import Recorder, Session, SourceError, open_source
+from tactful.live import Recorder, Session, SourceError, Step, open_source
 from tactful.reaction import load_policy
 from tests._counterparts import missing
 from tests.live import _served as served
 from tests.live._scenes import Scene
 from tests.live._served import Served
 
-pytestmark = [pytest.mark.live, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.live, pytest.mark.timeout(300)]
 
 CONFIG = MonitorConfig(noise={"velocity_rad_s": 0.001, "torque_nm": 0.05, "model_nm": 0.2})
 FR3 = Robot.load("fr3")
@@ -43,6 +44,16 @@ def serve(host: str, scene: Scene) -> AbstractContextManager[Served]:
     return served.serve("_franka_server", host, scene)
 
 
+def in_step(arm: Served, session: Session, duration_s: float) -> Iterator[Step]:
+    """Run the session; the arm sends a state for every one that was taken."""
+    arm.get_in_step()
+    session.source.begin()  # takes what has been sent so far
+    arm.grant()
+    for step in session.steps(duration_s):
+        arm.grant()
+        yield step
+
+
 def plan() -> MinimumJerkPath:
     """Move the tip 0.3 m along y in two seconds."""
     start = Pose(*Dynamics(FR3).pose(FR3.home))
@@ -53,13 +64,9 @@ def plan() -> MinimumJerkPath:
 def test_a_minute_of_states_is_processed() -> None:
     """60 s of the robot's time at 1 kHz: every state once through the monitor, none skipped, nothing seen in noise."""
     with serve("127.0.81.1", Scene()) as arm:
-        session = Session(open_source(f"franka://{arm.host}", CONFIG), CONFIG)
+        session = Session(open_source(f"franka://{arm.host}", CONFIG))
         session.open()
-        arm.grant()
-        stamps = []
-        for step in session.steps(60.0):
-            stamps.append(step.sample.t)
-            arm.grant()
+        stamps = [step.sample.t for step in in_step(arm, session, 60.0)]
         report = session.report
     assert report.samples == report.health.samples == len(stamps) == 60_001
     np.testing.assert_allclose(np.diff(stamps), 0.001, atol=1e-9)
@@ -70,14 +77,12 @@ def test_push_is_told_in_its_sample(tmp_path: Path) -> None:
     """A hand on an arm that is only listened to: the event comes with the state in which the detector fires."""
     path = tmp_path / "push.parquet"
     with serve("127.0.81.2", Scene(hand_s=1.2)) as arm:
-        session = Session(open_source(f"franka://{arm.host}", CONFIG), CONFIG)
+        session = Session(open_source(f"franka://{arm.host}", CONFIG))
         recorder = Recorder(path)
         session.on_feed.append(lambda feed: recorder.follow(feed, {}))
         session.open()
-        arm.grant()
         told = []
-        for step in session.steps(2.5):
-            arm.grant()
+        for step in in_step(arm, session, 2.5):
             if step.event is not None:
                 told.append((step.sample.t, step.event))
         recorder.close()
@@ -103,15 +108,15 @@ def collide(host: str, policy: str) -> tuple[dict[str, Any], list[str]]:
     did: list[str] = []
     with serve(host, Scene(obstacle=True)) as arm:
         source = open_source(f"franka://{arm.host}", CONFIG, react=True)
-        session = Session(source, CONFIG, policy=load_policy(policy), plan=plan().pose)
+        session = Session(source, policy=load_policy(policy), plan=plan().pose)
         session.open()
         for step in session.steps(4.0):
             if not did or did[-1] != step.reaction:
                 did.append(step.reaction)
         report = session.report
-    assert report.lost == 0
     assert report.problem is None
     assert arm.truth is not None
+    assert report.lost <= arm.truth["unasked"]  # before the first torque, the server does not wait
     assert arm.truth["commands"] >= report.samples
     return arm.truth, did
 
@@ -152,7 +157,7 @@ def test_lost_arm_is_found_again() -> None:
     """An arm that is listened to may be restarted: its clock begins anew, the run goes on."""
     stamps: list[float] = []
     with serve("127.0.81.6", Scene(die_after=800)) as first:
-        session = Session(open_source(f"franka://{first.host}", CONFIG), CONFIG, reconnect_s=60.0)
+        session = Session(open_source(f"franka://{first.host}", CONFIG), reconnect_s=60.0)
         session.open()
         arms = [first]
         with ExitStack() as stack:

@@ -13,16 +13,14 @@ import pytest
 from tactful import Monitor, MonitorConfig, Recording, TactfulError
 from tactful.live import Feed, Recorder, Sample, Session, open_source, read_log
 
-CONFIG = MonitorConfig(robot={"model": "panda"})
-
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[dict[str, object]], MonitorConfig]:
     """A recorded episode of the cell, and the events of its run."""
     path = tmp_path_factory.mktemp("live") / "run.parquet"
-    session = Session(open_source("sim:3", CONFIG, speed=0), CONFIG)
+    session = Session(open_source("sim:3", speed=0))
     recorder = Recorder(path)
-    session.on_feed.append(lambda feed: recorder.follow(feed, {"config": CONFIG.model_dump(mode="json")}))
+    session.on_feed.append(lambda feed: recorder.follow(feed, session.about()))
     session.open()
     events = [{"told_s": step.sample.t, **step.event.to_dict()} for step in session.steps(4.5) if step.event]
     recorder.close()

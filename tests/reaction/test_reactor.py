@@ -52,6 +52,23 @@ def test_stop_holds_where_the_contact_was_detected() -> None:
     assert np.abs(cell.dq).max() < 0.01
 
 
+def test_end_brings_the_arm_to_rest_without_a_jerk() -> None:
+    """A run that ends in motion must not feel like a contact: the torque changes little from sample to sample."""
+    cell = WorkCell(PANDA, sensors=SensorConfig.exact())
+    reactor = Reactor(PANDA, along_x)
+    for _ in drive(cell, reactor, 0.8):
+        pass
+    reactor.finish(cell.q)
+    torques, tau = [], reactor.torque(cell.t, cell.q, cell.dq)
+    for _ in range(2000):
+        sample = cell.step(tau)
+        tau = reactor.torque(sample.t, sample.q, sample.dq)
+        torques.append(tau)
+    assert reactor.reaction == "stop"
+    assert np.abs(cell.dq).max() < 0.01
+    assert np.abs(np.diff(torques, axis=0)).max() < 0.1
+
+
 def test_retract_goes_back_along_the_force() -> None:
     """What pushes the arm says where there is room: along its force, as far as was set."""
     cell = WorkCell(PANDA, sensors=SensorConfig.exact())

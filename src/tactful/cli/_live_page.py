@@ -15,7 +15,7 @@ from tactful.cli.live import run_once
 if TYPE_CHECKING:
     from tactful.live import Source
     from tactful.live.view import View
-    from tactful.monitor import MonitorConfig, RobotConfig
+    from tactful.monitor import MonitorConfig
     from tactful.reaction import ReactionConfig
 
 _WORKSHOP = {"resume_s": 1.5, "guiding": "translation"}
@@ -25,7 +25,6 @@ has stopped, and keeps its orientation while it is led."""
 
 def run_in_page(
     origin: Source,
-    settings: MonitorConfig,
     policy: ReactionConfig | None,
     *,
     port: int,
@@ -39,28 +38,24 @@ def run_in_page(
 ) -> int:
     """Run with a page, in simulation as often as it is reset there, and return the exit code."""
     from tactful.live.sources import Settings
-    from tactful.live.view import CONFIG, View, WorkshopSource
-    from tactful.monitor import MonitorConfig
+    from tactful.live.sources.sim import SimSource
+    from tactful.live.view import View
     from tactful.reaction import NAMED
 
     scheme, _, address = origin.name.partition(":")
-    in_workshop = scheme == "sim"
     shown = react if react in NAMED else None
-    if in_workshop and policy is None:
+    if scheme == "sim" and policy is None:
         policy, shown = NAMED["teach"].model_copy(update=_WORKSHOP), "teach"
-    if in_workshop and _only_robot_is_named(settings):
-        calibrated = MonitorConfig.load(CONFIG)
-        settings = calibrated.model_copy(update={"robot": _named(calibrated.robot, settings.robot)})
     with View(port) as view:
         console.print(f"the page: [bold]{view.address}[/bold]")
         if scheme == "replay":
-            return _replay(view, Path(address.removeprefix("//")), settings, mapping, json, console)
+            return _replay(view, Path(address.removeprefix("//")), origin.config, mapping, json, console)
         while True:
-            if in_workshop:
-                origin = WorkshopSource(origin.name, Settings(config=settings, react=True, speed=speed))
+            if scheme == "sim":
+                settings = Settings(config=origin.config, react=True, speed=speed)
+                origin = SimSource(origin.name, settings, alone=False)
             code = run_once(
                 origin,
-                settings,
                 policy,
                 record=record,
                 duration_s=duration_s,
@@ -76,10 +71,8 @@ def run_in_page(
 
 def _replay(view: View, path: Path, settings: MonitorConfig, mapping: Path | None, json: bool, console: Console) -> int:
     """Show a recording until Ctrl-C."""
-    from tactful.live.view import replay, settings_of
+    from tactful.live.view import replay
 
-    if _only_robot_is_named(settings) and (recorded := settings_of(path)) is not None:
-        settings = recorded.model_copy(update={"robot": _named(recorded.robot, settings.robot)})
     timeline = replay(view, path, settings, mapping)
     for event in timeline:
         if json:
@@ -94,13 +87,3 @@ def _replay(view: View, path: Path, settings: MonitorConfig, mapping: Path | Non
         for number, handler in before.items():
             signal.signal(number, handler)
     return int(timeline.health.degraded)
-
-
-def _only_robot_is_named(settings: MonitorConfig) -> bool:
-    """Whether no other setting was given."""
-    return not settings.model_dump(exclude={"robot"}, exclude_defaults=True)
-
-
-def _named(known: RobotConfig, given: RobotConfig) -> RobotConfig:
-    """Return the arm that is known, with what was given."""
-    return known.model_copy(update={key: getattr(given, key) for key in given.model_fields_set})

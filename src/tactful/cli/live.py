@@ -17,7 +17,7 @@ from tactful.cli.monitor import KIND_STYLES
 if TYPE_CHECKING:
     from tactful.live import Feed, Recorder, Report, Session, Source
     from tactful.live.view import View
-    from tactful.monitor import ContactEvent, MonitorConfig
+    from tactful.monitor import ContactEvent
     from tactful.reaction import ReactionConfig
 
 _LOOK_S = 0.05
@@ -54,8 +54,8 @@ def live(
         speed: Of sim and replay: robot time that passes in a second; 0 is as fast as it goes.
         mapping: Of replay: what the columns of the recording mean, a TOML file.
         json: Print one JSON object a line for every event, and nothing else, on standard output.
-        view: Show the arm, its contacts and the signals on a page in the browser. With sim, the arm goes to and fro
-            until it is told to end, and can be touched; with replay:, the recording is played and scrubbed.
+        view: Show the arm, its contacts and the signals on a page in the browser. With sim, the arm can be touched
+            there; with replay:, the recording is played and scrubbed.
         port: Where the page is served, on this machine alone; 0 takes any port that is free.
 
     Returns:
@@ -79,7 +79,6 @@ def live(
 
         return run_in_page(
             origin,
-            settings,
             policy,
             port=port,
             react=react,
@@ -90,12 +89,11 @@ def live(
             json=json,
             console=console,
         )
-    return run_once(origin, settings, policy, record=record, duration_s=duration, json=json, console=console)
+    return run_once(origin, policy, record=record, duration_s=duration, json=json, console=console)
 
 
 def run_once(
     origin: "Source",
-    settings: "MonitorConfig",
     policy: "ReactionConfig | None",
     *,
     record: Path | None,
@@ -108,7 +106,7 @@ def run_once(
     """Monitor a source to its end, and return the exit code."""
     from tactful.live import Recorder, Session
 
-    session = Session(origin, settings, policy=policy)
+    session = Session(origin, policy=policy)
     teller = _Teller(origin, json=json)
     session.on_feed.append(teller.follow)
     recorder = None if record is None else Recorder(record)

@@ -17,11 +17,11 @@ import numpy as np
 from tactful.live._durations import Durations
 from tactful.live._feed import Feed
 from tactful.live._source import ConnectionLostError, Sample, Source, SourceError, Traffic
-from tactful.monitor import ContactEvent, Health, Monitor, MonitorConfig
+from tactful.monitor import ContactEvent, Health, Monitor
 from tactful.reaction import Plan, ReactionConfig, Reactor
 
 _RETRY_S = 0.2
-_REST_S = 1.0
+_REST_S = 2.0
 """Longest time in which a commanded arm is brought to rest [s]."""
 _REST_RAD_S = 0.02
 _SWITCH_S = 1e-4
@@ -49,8 +49,8 @@ class Report:
     """On the source's clock, from the first sample to the last [s]."""
     lost: int
     """Samples that the source sent, or should have sent, and that did not come."""
-    late: int
-    """Samples that came more than two periods late."""
+    late: int | None
+    """Samples that came more than two periods late; None where they come when they are asked for."""
     reconnects: int
     contacts: int
     health: Health
@@ -64,7 +64,9 @@ class Report:
 
     def __str__(self) -> str:
         """Say it in words."""
-        parts = [f"{self.health}", f"{self.lost} lost", f"{self.late} late"]
+        parts = [f"{self.health}", f"{self.lost} lost"]
+        if self.late is not None:
+            parts.append(f"{self.late} late")
         if self.reconnects:
             parts.append(f"connected again {self.reconnects} time{'s' * (self.reconnects != 1)}")
         return ", ".join(parts)
@@ -80,8 +82,7 @@ class Session:
     itself, and the run ends.
 
     Args:
-        source: where the samples come from.
-        config: settings of the monitor; the rate is that of the source.
+        source: where the samples come from, with the settings of the monitor; the rate is that of the source.
         policy: what to do about contacts; None does nothing, and sources that can do without leave the arm alone.
         plan: where the tip of a commanded arm is to be; by default what the source says.
         reconnect_s: for how long a lost source is looked for [s].
@@ -97,7 +98,6 @@ class Session:
     def __init__(
         self,
         source: Source,
-        config: MonitorConfig | None = None,
         *,
         policy: ReactionConfig | None = None,
         plan: Plan | None = None,
@@ -108,7 +108,6 @@ class Session:
         self.reactor: Reactor | None = None
         self.on_feed: list[Callable[[Feed], None]] = []
         """Called once with the feed, when the first sample is there."""
-        self._config = config or MonitorConfig()
         self._policy, self._plan = policy, plan
         self._reconnect_s = reconnect_s
         self.computing, self.turning = Durations(), Durations()
@@ -130,8 +129,8 @@ class Session:
         try:
             self.source.open()
             rate_hz = self.source.rate_hz
-            self.monitor = Monitor(self.source.robot, self._config.fitted_to(rate_hz))
-            self._traffic = Traffic(rate_hz, getattr(self.source, "speed", 1.0))
+            self.monitor = Monitor(self.source.robot, self.source.config.fitted_to(rate_hz))
+            self._traffic = Traffic(rate_hz, timed=self.source.timed)
             self.monitor.warm_up()
             if self.source.commanded:
                 robot = self.monitor.robot
@@ -139,6 +138,7 @@ class Session:
                 plan = self._plan or self.source.plan
                 self.reactor = Reactor(robot, plan, self._policy, posture=self.source.posture)
                 self.reactor.warm_up()
+            self.source.begin()
         except BaseException:
             self.source.close()
             raise
@@ -190,7 +190,7 @@ class Session:
                         break
                     if resting_since is None:
                         resting_since = sample.t
-                        self.reactor.halt(sample.q)  # type: ignore[arg-type]
+                        self.reactor.finish(sample.q)  # type: ignore[arg-type]
                     elif sample.t - resting_since >= _REST_S or _at_rest(sample):
                         break
         finally:
@@ -211,7 +211,7 @@ class Session:
             samples=self._traffic.samples,
             duration_s=self._last_s - self._first_s if self._traffic.samples else 0.0,
             lost=max(self._traffic.lost, self.source.lost()),
-            late=self._traffic.late,
+            late=self._traffic.late if self.source.timed else None,
             reconnects=self._reconnects,
             contacts=len(self._contacts),
             health=self.monitor.health,
@@ -267,6 +267,7 @@ class Session:
             try:
                 self.source.close()
                 self.source.open()
+                self.source.begin()
                 first = self.source.read()
             except SourceError as again:
                 if time.monotonic() - lost > self._reconnect_s:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactful.control import Pose
 from tactful.errors import TactfulError
-from tactful.monitor import ContactEvent
+from tactful.monitor import ContactEvent, MonitorConfig
 from tactful.robots import Robot
 
 _LATE_PERIODS = 2.0
@@ -56,12 +56,17 @@ class Source(ABC):
         rate_hz: nominal rate [Hz].
         robot: the arm; None where a wrench alone is given.
         commanded: whether every sample has to be answered with a torque.
+        timed: whether samples come by a clock of their own, so that one can be late; a simulation or a recording is
+            only slower than real time then.
+        config: settings of the monitor; those that fit its arm, where it knows them and no others were given.
     """
 
     name: str
     rate_hz: float
     robot: Robot | None
     commanded: bool = False
+    timed: bool = True
+    config: MonitorConfig = MonitorConfig()
 
     @abstractmethod
     def open(self) -> None:
@@ -69,6 +74,13 @@ class Source(ABC):
 
         Raises:
             SourceError: if there is no such source, or it is not this arm's.
+        """
+
+    def begin(self) -> None:  # noqa: B027 (most have nothing to do)
+        """Make the next sample a new one, and take over a commanded arm; called once all is compiled.
+
+        Raises:
+            SourceError: if the arm cannot be taken over.
         """
 
     @abstractmethod
@@ -116,13 +128,13 @@ class Traffic:
 
     Args:
         rate_hz: nominal rate [Hz].
-        speed: robot time that passes in a second; None where samples come as fast as they are taken.
+        timed: whether samples come by a clock of their own, so that one can be late.
     """
 
-    def __init__(self, rate_hz: float, speed: float | None = 1.0) -> None:
+    def __init__(self, rate_hz: float, *, timed: bool = True) -> None:
         self.samples = self.lost = self.late = 0
         self._period_s = 1 / rate_hz
-        self._stretch = 0.0 if speed is None else 1 / speed
+        self._timed = timed
         self._t: float | None = None
         self._arrived = 0.0
 
@@ -136,7 +148,7 @@ class Traffic:
             step = t - self._t
             if step > 1.5 * self._period_s:
                 self.lost += round(step / self._period_s) - 1
-            if self._stretch and arrived - self._arrived - step * self._stretch > _LATE_PERIODS * self._period_s:
+            if self._timed and arrived - self._arrived - step > _LATE_PERIODS * self._period_s:
                 self.late += 1
         self.samples += 1
         self._t, self._arrived = t if math.isfinite(t) else self._t, arrived

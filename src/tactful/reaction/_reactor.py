@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tactful.control import CartesianImpedance, MinimumJerkPath, Pose
+from tactful.control import CartesianImpedance, MinimumJerkPath, Pose, minimum_jerk
 from tactful.dynamics import Dynamics
 from tactful.monitor import ContactEvent
 from tactful.reaction._config import ReactionConfig, ReactionName
@@ -18,6 +18,9 @@ from tactful.robots import Robot
 Array = NDArray[np.float64]
 Plan = Callable[[float], Pose]
 """Where the tip is to be, by the time in the plan [s]; that time stands still while a reaction lasts."""
+
+_FINISH_S = 0.5
+"""In what time `finish` brings the plan to a stand [s]."""
 
 
 class Reactor:
@@ -73,12 +76,15 @@ class Reactor:
         self._contact: int | None = None
         self._ended_s: float | None = None
         self._waits = False
+        self._finished_s: float | None = None
         self._trace = Trace()
 
     @property
     def reaction(self) -> ReactionName:
         """What the arm does now."""
-        return "continue" if self._reaction is None else self._reaction.name
+        if self._reaction is None:
+            return "continue" if self._finished_s is None else "stop"
+        return self._reaction.name
 
     def warm_up(self) -> None:
         """Compile the kernels or load them compiled, so that the first sample does not wait for them."""
@@ -131,7 +137,11 @@ class Reactor:
             self._trace.note(t, Pose(*self._dynamics.pose(q)))
         reaction = self._reaction
         if reaction is None:
-            wanted = self._moving.torque(q, dq, *self._reference(t, step))
+            reference = self._reference(t, step)
+            wanted = self._moving.torque(q, dq, *reference)
+            if self._finished_s is not None:
+                done = minimum_jerk(self._finished_s / _FINISH_S)
+                wanted = (1.0 - done) * wanted + done * self._stiff.torque(q, dq, *reference)
         else:
             if reaction.gives_way:
                 reaction.notice(t, Pose(*self._dynamics.pose(q)))
@@ -155,6 +165,13 @@ class Reactor:
         if self._reaction is None:
             self._go_back(t, q)
 
+    def finish(self, q: ArrayLike) -> None:
+        """Come to a stand for good, without a jerk along the plan, or here where the arm has left it."""
+        if self._reaction is None and self._way_back is None:
+            self._finished_s = 0.0
+        else:
+            self.halt(q)
+
     def halt(self, q: ArrayLike) -> None:
         """Stop here, whatever there is."""
         self._leave()
@@ -171,7 +188,11 @@ class Reactor:
             if t < end_s:
                 return path.pose(t)
             self._way_back = None
-        self._plan_s += step
+        if self._finished_s is None:
+            self._plan_s += step
+        else:
+            self._finished_s += step
+            self._plan_s += step * (1.0 - minimum_jerk(self._finished_s / _FINISH_S))
         return self._plan(self._plan_s)
 
     def _over(self, t: float) -> bool:

@@ -14,7 +14,7 @@ from tactful import MonitorConfig, Robot
 from tactful.errors import TactfulError
 from tactful.live import Session
 from tactful.live.sources import Settings
-from tactful.live.view import WorkshopSource
+from tactful.live.sources.sim import SimSource
 from tactful.live.view._contacts import _strip
 from tactful.live.view._controls import scaled
 from tactful.live.view._history import History
@@ -147,8 +147,8 @@ def test_meshes_of_a_file_lie_where_its_capsules_would(tmp_path: Path) -> None:
 def test_loop_does_not_wait_for_a_page_that_hangs() -> None:
     """Nobody reads the other end of the pipe: the loop goes on, and a wish that came before is fulfilled."""
     ours, theirs = multiprocessing.Pipe()
-    source = WorkshopSource("sim", Settings(config=CONFIG, react=True, speed=0))
-    session = Session(source, CONFIG)
+    source = SimSource("sim", Settings(config=CONFIG, react=True, speed=0), alone=False)
+    session = Session(source)
     session.open()
     follower = _Follower(ours, session, "teach")
     assert isinstance(theirs.recv(), Setup)
@@ -164,8 +164,8 @@ def test_loop_does_not_wait_for_a_page_that_hangs() -> None:
 def test_frame_and_restart(tmp_path: Path) -> None:
     """What is sent holds the arm and its signals; `restart` ends the run and is told."""
     ours, theirs = multiprocessing.Pipe()
-    source = WorkshopSource("sim", Settings(config=CONFIG, react=True, speed=1.0))
-    session = Session(source, CONFIG)
+    source = SimSource("sim", Settings(config=CONFIG, react=True, speed=1.0), alone=False)
+    session = Session(source)
     session.open()
     follower = _Follower(ours, session, None)
     theirs.recv()

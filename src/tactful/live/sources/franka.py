@@ -45,7 +45,7 @@ class FrankaSource(Source):
             ) from None
         self.name, self._host, self._franka = name, host, pylibfranka
         self.robot = find_arm(name, settings.config, default="fr3", joints=7)
-        self.commanded = settings.react
+        self.commanded, self.config = settings.react, settings.config
         self._robot: Any = None
         self._control: Any = None
         self._tau = [0.0] * 7
@@ -53,7 +53,7 @@ class FrankaSource(Source):
         self._q: ArrayLike | None = None
 
     def open(self) -> None:
-        """Connect; with reactions, begin to hold the arm where it is.
+        """Connect.
 
         Raises:
             SourceError: if nobody answers, the interface is taken or of another version, or the arm is not ready.
@@ -71,9 +71,18 @@ class FrankaSource(Source):
                         "recover from errors in Desk and activate FCI",
                     )
                 self._q = np.array(state.q)
-                self._start = Pose(*Dynamics(self.robot).pose(self._q))
-                self._control = self._robot.start_torque_control()
         except (franka.FrankaException, RuntimeError) as error:
+            self.close()
+            raise SourceError(self.name, f"cannot be used: {error}") from None
+
+    def begin(self) -> None:
+        """Leave out the states that have waited; with reactions, begin to hold the arm where it is."""
+        try:
+            state = self._robot.read_once()
+            if self.commanded:
+                self._start = Pose(*Dynamics(self.robot).pose(np.array(state.q)))
+                self._control = self._robot.start_torque_control()
+        except (self._franka.FrankaException, RuntimeError) as error:
             self.close()
             raise SourceError(self.name, f"cannot be used: {error}") from None
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from tactful.errors import TactfulError
 from tactful.live._clock import Clock
+from tactful.live._recorder import read_log
 from tactful.live._source import Sample, Source, SourceError
-from tactful.live.sources import Settings
+from tactful.live.sources import Settings, fill_in
+from tactful.monitor import MonitorConfig
 from tactful.recordings import Recording
 
 FORM = "replay:FILE"
@@ -15,8 +18,20 @@ FORM = "replay:FILE"
 _CHANNELS = ("q", "dq", "tau", "tau_ext", "wrench")
 
 
+def settings_of(path: Path) -> MonitorConfig | None:
+    """Return the settings with which a live run was recorded, None if the file is another recording."""
+    try:
+        log = read_log(path)
+        config = MonitorConfig(**log["config"])
+    except (TactfulError, KeyError, TypeError):
+        return None
+    if config.robot.model is None and log.get("robot"):
+        config = config.model_copy(update={"robot": config.robot.model_copy(update={"model": log["robot"]})})
+    return config
+
+
 class ReplaySource(Source):
-    """The rows of a recording, as they stand in it.
+    """The rows of a recording, as they stand in it; that of a live run brings the settings that were in force.
 
     Args:
         name: what the user called it.
@@ -24,9 +39,12 @@ class ReplaySource(Source):
         settings: arm, speed and mapping.
     """
 
+    timed = False
+
     def __init__(self, name: str, path: Path, settings: Settings) -> None:
-        self.name, self._path, self._settings = name, path, settings
-        self.speed = settings.speed or None
+        self.name, self._path, self._mapping = name, path, settings.mapping
+        known = settings_of(path)
+        self.config = settings.config if known is None else fill_in(settings.config, known)
         self._clock = Clock(settings.speed)
         self._row = 0
 
@@ -37,8 +55,8 @@ class ReplaySource(Source):
             RecordingError: if it cannot be read.
             SourceError: if the arm is not named, or is another one.
         """
-        recording = Recording.read(self._path, mapping=self._settings.mapping)
-        self.robot = robot = self._settings.config.robot.load()
+        recording = Recording.read(self._path, mapping=self._mapping)
+        self.robot = robot = self.config.robot.load()
         n = recording.n_joints
         if robot is None and recording.wrench is None:
             raise SourceError(self.name, "which arm was recorded? Name it: --robot, or robot.model in the settings")

@@ -53,13 +53,13 @@ class Ros2Source(Source):
             ) from None
         self.name, self._topic, self._rclpy = name, topic, rclpy
         self.robot = find_arm(name, settings.config, default=None)
+        self.config = settings.config
         self._context: Any = None
         self._messages: deque[tuple[Any, int]] = deque()
         self._pick: Any = None
         self._names: Sequence[str] = ()
         self._sequence: int | None = None
         self._lost = 0
-        self._waited = False
 
     def open(self) -> None:
         """Join the graph, wait for a publisher of the topic, and find the rate from its first messages.
@@ -140,8 +140,6 @@ class Ros2Source(Source):
 
     def read(self) -> Sample | None:
         """Wait for the next message; None if none comes for a tenth of a second."""
-        if not self._waited:
-            self._drop_old()
         begin = time.monotonic()
         while not self._messages:
             self._executor.spin_once(timeout_sec=_WAIT_S)
@@ -149,16 +147,17 @@ class Ros2Source(Source):
                 raise ConnectionLostError(self.name, f"{self._topic} has been silent for {_SILENCE_S:g} s")
         return self._sample(*self._messages.popleft())
 
-    def _drop_old(self) -> None:
+    def begin(self) -> None:
         """Leave out what came while the kernels were compiled."""
-        self._waited = True
-        idle = 0
-        while idle < _IDLE:
+        lost, idle = self._lost, 0
+        for _ in range(4 * _QUEUE):
             queued = len(self._messages)
             self._executor.spin_once(timeout_sec=0.0)  # which may also wake for nothing
             idle = 0 if len(self._messages) > queued else idle + 1
+            if idle == _IDLE:
+                break
         self._messages.clear()
-        self._sequence, self._lost = None, 0
+        self._sequence, self._lost = None, lost
 
     def _sample(self, message: Any, sent_ns: int) -> Sample:
         stamp = message.header.stamp

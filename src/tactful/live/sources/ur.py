@@ -44,6 +44,7 @@ class UrSource(Source):
             raise SourceError(name, 'needs ur-rtde: pip install "tactful[ur]"') from None
         self.name, self._host, self._interface = name, host, RTDEReceiveInterface
         self.robot = find_arm(name, settings.config, default=None, joints=6)
+        self.config = settings.config
         self._nm_a = np.array(nm_a)  # (6,)
         self._rtde: Any = None
         self._t = float("nan")

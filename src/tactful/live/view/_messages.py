@@ -68,7 +68,8 @@ class Frame:
     degraded: bool
     samples: int
     lost: int
-    late: int
+    late: int | None
+    """None where no sample can be late."""
     computing_s: float
     """What 99.9 % of the samples took at most [s]."""
     paused: bool = False

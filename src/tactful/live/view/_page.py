@@ -179,7 +179,9 @@ class Page:
         details = [f"{frame.t:.1f} s"]
         if self._setup.commanded:
             details.append(f"the arm {doing[frame.reaction]}")
-        details.append(f"{frame.samples} samples, {frame.lost} lost, {frame.late} late")
+        details.append(f"{frame.lost} of {frame.samples} samples lost")
+        if frame.late:
+            details.append(f"{frame.late} late")
         if frame.computing_s == frame.computing_s:
             details.append(f"99.9 % computed in {1e3 * frame.computing_s:.2f} ms")
         if frame.degraded:

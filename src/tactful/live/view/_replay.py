@@ -6,25 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tactful.errors import TactfulError
-from tactful.live._recorder import read_log
 from tactful.live._source import SourceError
 from tactful.live.view._messages import Past, Setup, thin
 from tactful.live.view._view import View, level_thresholds
 from tactful.monitor import Monitor, MonitorConfig, Timeline
 from tactful.recordings import Recording
-
-
-def settings_of(path: Path) -> MonitorConfig | None:
-    """Return the settings with which a live run was recorded, None if the file is another recording."""
-    try:
-        log = read_log(path)
-        config = MonitorConfig(**log["config"])
-    except (TactfulError, KeyError, TypeError):
-        return None
-    if config.robot.model is None and log.get("robot"):
-        config = config.model_copy(update={"robot": config.robot.model_copy(update={"model": log["robot"]})})
-    return config
 
 
 def replay(view: View, path: Path, config: MonitorConfig, mapping: Path | None = None) -> Timeline:

@@ -20,9 +20,9 @@ from tactful.errors import TactfulError
 from tactful.live._recorder import Recorder
 from tactful.live._session import Session
 from tactful.live._source import Sample
+from tactful.live.sources.sim import SimSource
 from tactful.live.view._keep import keep
 from tactful.live.view._messages import Frame, Past, Setup, Wish, thin
-from tactful.live.view._workshop import WorkshopSource
 from tactful.monitor import MonitorConfig
 from tactful.reaction import NAMED
 from tactful.simulation import OBSTACLE_SIZE_M, Rounds
@@ -139,7 +139,7 @@ class _Follower:
     def __init__(self, pipe: Connection, session: Session, policy: str | None) -> None:
         self._pipe, self._session = pipe, session
         self._source = session.source
-        self._shop = session.source if isinstance(session.source, WorkshopSource) else None
+        self._shop = session.source if isinstance(session.source, SimSource) else None
         self._recorder: Recorder | None = None
         self._notice: str | None = None
         self._plan: Rounds | None = None
@@ -298,7 +298,7 @@ def _way(plan: Rounds) -> Array:
 def _setup(session: Session, policy: str | None) -> Setup:
     source, monitor = session.source, session.monitor
     known: dict[str, Any] = {}
-    if isinstance(source, WorkshopSource):
+    if isinstance(source, SimSource):
         shop = source.shop
         known = {
             "obstacle_m": source.obstacle_m,
@@ -312,7 +312,7 @@ def _setup(session: Session, policy: str | None) -> Setup:
         model=session.monitor.config.robot.model,
         config=monitor.config,
         commanded=session.reactor is not None,
-        workshop=isinstance(source, WorkshopSource),
+        workshop=isinstance(source, SimSource),
         policy=policy,
         **known,
     )

@@ -1,9 +1,7 @@
-"""Calibrate the monitor for the arm in the workshop, whose page then states a rate of false alarms.
+"""Calibrate the monitor for the arm of the source `sim`, whose page then states a rate of false alarms.
 
-Writes src/tactful/live/view/workshop.toml: `python -m benchmarks.workshop_config`, two minutes of robot time.
+Writes src/tactful/live/sources/sim.toml: `python -m benchmarks.sim_config`, two minutes of robot time.
 """
-
-from pathlib import Path
 
 import numpy as np
 import tomli_w
@@ -12,11 +10,10 @@ from scipy.spatial.transform import Rotation
 from tactful import MonitorConfig, Recording
 from tactful.calibration import calibrate
 from tactful.control import CartesianImpedance, MinimumJerkPath, Pose
-from tactful.live.view._workshop import SENSORS
+from tactful.live.sources.sim import CONFIG, SENSORS
 from tactful.simulation import SensorConfig, workshop
 
 DURATION_S = 120.0
-OUT = Path(__file__).parents[1] / "src" / "tactful" / "live" / "view" / "workshop.toml"
 
 
 def exciting_path(start: Pose, rng: np.random.Generator) -> MinimumJerkPath:
@@ -41,8 +38,8 @@ def main() -> None:
         t=t, channels={"q": q, "dq": dq, "tau": tau}, source="the workshop, untouched", format="simulation"
     )
     found = calibrate([recording], MonitorConfig(robot={"model": "panda"}))
-    OUT.write_text(tomli_w.dumps(found.config.model_dump(mode="json", exclude_defaults=True, exclude_none=True)))
-    print(f"{OUT}: {found.config.provenance['threshold']}")
+    CONFIG.write_text(tomli_w.dumps(found.config.model_dump(mode="json", exclude_defaults=True, exclude_none=True)))
+    print(f"{CONFIG}: {found.config.provenance['threshold']}")
 
 
 if __name__ == "__main__":
