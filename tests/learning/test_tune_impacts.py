@@ -128,6 +128,9 @@ def test_a_recording_becomes_what_the_monitor_sees() -> None:
     assert found.touch_s == run.touches[0].time_s
     rows = np.isin(run.t, found.t)
     assert found.r == pytest.approx(run.r[rows], abs=1e-6)
+    early = (replace(recording.labels[0], kind="expected_impact", start_s=0.1),)
+    with pytest.raises(LearningError, match=r"touches at 0.100 s, but its plan speaks from 0.3"):
+        LabelledImpact.of_recording(replace(recording, labels=early), run.plan, planar_robot(), settings)
     with pytest.raises(LearningError, match="0 labels"):
         LabelledImpact.of_recording(replace(recording, labels=()), run.plan, planar_robot(), settings)
 

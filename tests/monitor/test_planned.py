@@ -93,6 +93,8 @@ def test_the_reason_is_the_cause_where_one_is_told(cause: str, reason: str) -> N
     assert monitor.impact_cause.cause == cause
     assert event.reason == reason
     assert event.evidence[-1].text == cause
+    (probable,) = [item for item in event.evidence if item.rule == "cause"]
+    assert (probable.value, probable.text) == (0.9, f"{cause} is the most probable cause, 90 %")
 
 
 def test_the_verdict_is_that_of_the_classifier() -> None:

@@ -19,6 +19,8 @@ _LEARN, _HELD_OUT = 600, 300
 _REACH_DEG = 10.0
 _PLAN = ".plan.npz"
 """How the name of a recording's own plan ends."""
+_SHOWN = 5
+"""Impacts told wrongly of each kind that are named."""
 _UNITS = {"e_m_rad_s": "rad/s", "epsilon_rad": "rad", "zeta_s": "s", "iota_s": "s", "tilt_deg": "deg"}
 
 
@@ -167,10 +169,11 @@ def _report(
         table.add_row(name, f"{getattr(config, name):.4g}", "", "kept" if name == "xi_s" else "searched")
     rates = tuning.rates
     assert rates is not None
-    between = f"between {rates.noise:.2g}, the noise, and {rates.weakest:.2g}, the weakest impact, of the usual"
     for joint, (bound, usual) in enumerate(
         zip(np.ravel(config.impact.r_b_nm_s), rates.usual_nm_s, strict=True), start=1
     ):
+        ends = rates.noise * usual, rates.weakest * usual
+        between = f"{ends[0]:.4g} Nm/s is noise, {ends[1]:.4g} the weakest expected impact"
         table.add_row(f"r_b of joint {joint}", f"{bound:.4g} Nm/s", "", between if np.isfinite(usual) else "not used")
     console.print(table)
     outside = sum(not run.expected for run in learn)
@@ -187,3 +190,8 @@ def _report(
         bound = upper_bound(count, len(rows), confidence)
         text = f"held out: {count} of {len(rows)} {'expected' if kind else 'other'} impacts {verb}"
         console.print(f"{text}; at most {100 * bound:.2g} % at {100 * confidence:g} % confidence", soft_wrap=True)
+        for i in [i for i in rows if wrong[i]][:_SHOWN]:
+            console.print(f"  {verb}: {held_out[i].name}", soft_wrap=True)
+    knows = all(run.plan.turn is not None for run in held_out)
+    if knows and config.tilt_deg is None and accepted[[not run.expected for run in held_out]].any():
+        console.print("with --tilt, the rotation of the tool is judged, too", soft_wrap=True)

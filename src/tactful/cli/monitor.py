@@ -201,6 +201,9 @@ def _table(timeline: "Timeline") -> Table:
 
 def _cells(event: "ContactEvent") -> tuple[str | Text, ...]:
     why = event.evidence[0].text if event.evidence else ""
+    why = why.partition(": ")[2] or why
+    if event.reason is not None and event.reason not in why:
+        why = f"{event.reason}: {why}"
     return (
         f"{event.onset_s:.3f}",
         f"+{(event.detected_s - event.onset_s) * 1e3:.0f} ms",
@@ -209,7 +212,7 @@ def _cells(event: "ContactEvent") -> tuple[str | Text, ...]:
         f"{event.confidence:.2f}",
         f"{event.peak_force_n:.1f}" + ("*" if event.damped else ""),
         _where(event),
-        Text(why.partition(": ")[2] or why),
+        Text(why),
     )
 
 

@@ -72,10 +72,14 @@ class LabelledImpact:
         if not (len(robot.joint_names) == plan.n == recording.n_joints):
             counts = f"{recording.n_joints} joints, its plan {plan.n}, the robot {len(robot.joint_names)}"
             raise LearningError(f"{name} has {counts}: give those that belong together")
+        touch_s, expected = labels[0].start_s, labels[0].kind == EXPECTED
+        if expected and not plan.start_s <= touch_s <= plan.end_s:
+            problem = f"touches at {touch_s:.3f} s, but its plan speaks from {plan.start_s:g} to {plan.end_s:g} s"
+            raise LearningError(f"{name}: the impact is to be expected and {problem}; mend the label or the plan")
         observing = settings.observer.model_copy(update={"bandwidth_hz": settings.aim_aware.bandwidth_hz})
         r = MomentumObserver(robot, observing).run(recording.t, q, dq, tau)
         samples = recording.t, q, dq, r
-        return _cut(name, plan, samples, touch_s=labels[0].start_s, expected=labels[0].kind == EXPECTED)
+        return _cut(name, plan, samples, touch_s=touch_s, expected=expected)
 
 
 def _cut(name: str, plan: ImpactPlan, samples: tuple[Array, ...], *, touch_s: float, expected: bool) -> LabelledImpact:

@@ -140,8 +140,9 @@ class Planned:
             Evidence("inclination", tilt, None, f"the tool is tilted by {tilt:+.1f} deg against the plan"),
         )
         if self._causes is not None:
-            self.cause = self._causes.tell_features(features)
-            self._details += self.cause.evidence
+            self.cause = cause = self._causes.tell_features(features)
+            probable = f"{cause.cause} is the most probable cause, {100 * cause.confidence:.0f} %"
+            self._details += (Evidence("cause", cause.confidence, None, probable), *cause.evidence)
 
     def _own(self, news: int, contacts: Contacts, memory: Memory) -> ContactEvent | None:
         """Return what the plan says without an event of the contacts."""
