@@ -48,6 +48,7 @@ studies: $(DEV) ## run the experiments in simulation into build/studies (tens of
 	@$(BIN)/tactful study kinesthetic --out build/studies/kinesthetic
 	@$(BIN)/tactful study reactions --out build/studies/reactions
 	@$(BIN)/tactful study aim-aware --out build/studies/aim-aware
+	@$(BIN)/tactful study aim-aware --robot panda --out build/studies/aim-aware
 	@$(BIN)/tactful study impact-causes --out build/studies/impact-causes
 
 docs: export NO_MKDOCS_2_WARNING := 1

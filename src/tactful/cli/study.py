@@ -52,33 +52,41 @@ def isolation(*, robot: str = "panda", samples: int = 4000, seed: int = 0, jobs:
 @study.command
 def aim_aware(
     *,
+    robot: Literal["planar", "panda"] = "planar",
     grid: Literal["paper", "fine"] = "paper",
     seed: int = 0,
     jobs: int = 2,
     scheduler: str | None = None,
     out: Path,
 ) -> None:
-    """Measure which impacts of a planar arm on an inclined surface are told as expected, as the aim-aware paper does.
+    """Measure which impacts on an inclined surface are told as expected, as the aim-aware paper does.
 
-    Simulates its 7161 impacts with an assumed arm, and judges them with the published settings and with tuned ones,
-    both also on held-out impacts; writes report.html, summary.json, tables.md, the figures 6 and 7 of the paper and
-    evidence.npz, what every impact would need to be accepted.
+    Planar: simulates the 7161 impacts of the paper with an assumed arm, and judges them with the published settings
+    and with tuned ones, both also on held-out impacts. Panda: repeats the paper's experiment with a simulated arm, with
+    a reference from recorded nominal runs and one from the impact map. Writes report.html, summary.json, tables.md, the
+    figures 6 and 7, or 8, of the paper and what every impact would need to be accepted; both may share a folder.
 
     Args:
-        grid: Inclinations every 1 deg, as in the paper, or every 0.25 deg.
-        seed: What the tuning draws from, and the noise of the sensors, in the variants that have some.
+        robot: The paper's simulation with a planar arm, or its experiment with a Panda (needs the extra mujoco).
+        grid: Inclinations of the planar arm every 1 deg, as in the paper, or every 0.25 deg.
+        seed: What the tuning draws from, and the noise of the sensors.
         jobs: Number of processes.
         scheduler: Address of a Dask scheduler, to work there instead.
         out: Folder for the results.
     """
-    from tactful.studies.aim_aware import aim_aware_study
+    from tactful.errors import TactfulError
+    from tactful.studies.aim_aware import aim_aware_study, panda_study
 
+    if robot == "panda" and grid != "paper":
+        raise TactfulError(f"--grid {grid} is one of the planar arm: leave it out with --robot panda")
     with _progress("compiling the kernels, if need be, and simulating impacts") as (console, progress):
-        summary = aim_aware_study(out, grid=grid, seed=seed, jobs=jobs, scheduler=scheduler, progress=progress)
-    _print(f"planar arm, {summary['impacts']} simulated impacts", summary)
-    console.print(
-        f"[dim]{summary['cpu_s']:.0f} s of CPU for the grid; saved {out / 'report.html'}[/dim]", soft_wrap=True
-    )
+        if robot == "panda":
+            summary = panda_study(out, seed=seed, jobs=jobs, scheduler=scheduler, progress=progress)
+        else:
+            summary = aim_aware_study(out, grid=grid, seed=seed, jobs=jobs, scheduler=scheduler, progress=progress)
+    _print(f"{robot} arm, {summary['impacts']} simulated impacts", summary)
+    what = "the grid" if robot == "planar" else "all"
+    console.print(f"[dim]{summary['cpu_s']:.0f} s of CPU for {what}; saved {out / 'report.html'}[/dim]", soft_wrap=True)
 
 
 @study.command

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,9 +10,8 @@ import numpy as np
 from tactful.simulation.planar import PlanarConfig
 from tactful.studies._parallel import connected
 from tactful.studies.aim_aware._figures import pictures
-from tactful.studies.aim_aware._page import page
+from tactful.studies.aim_aware._store import earlier, write
 from tactful.studies.aim_aware._summary import Figures, summarise
-from tactful.studies.aim_aware._tables import tables
 from tactful.studies.aim_aware._variants import Grid
 
 
@@ -52,12 +50,12 @@ def aim_aware_study(
         TactfulError: if a number is out of range, the scheduler does not answer, or matplotlib or optuna is missing.
     """
     config = planar or PlanarConfig()
+    beside = {name: block for name, block in earlier(out).items() if name == "panda"}
     with connected(scheduler) as client:
         summary, evidence = summarise(grid, config, seed, jobs, client, progress)
+    summary |= beside
     out.mkdir(parents=True, exist_ok=True)
-    (out / "summary.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    (out / "tables.md").write_text(tables(summary), encoding="utf-8")
     np.savez_compressed(out / "evidence.npz", allow_pickle=False, **evidence)
-    files = pictures(summary, config, out)
-    (out / "report.html").write_text(page(summary, files), encoding="utf-8")
+    pictures(summary, config, out)
+    write(out, summary)
     return summary
