@@ -62,10 +62,11 @@ def demo_impact(out: Path, seed: int) -> int:
         console.print(
             f"\nThe surface is inclined by {run.beta_deg:g} deg; it is struck at {run.touches[0].time_s:.3f} s."
         )
-        for before, event in zip([None, *impacts], impacts, strict=False):
-            if before is not None and (before.kind, before.reason) == (event.kind, event.reason):
-                continue
+        last = ("", "")
+        for event in impacts:
             why = event.evidence[0].text.partition(": ")[2] if event.evidence else ""
+            if last == (last := (event.kind, why)):
+                continue
             said = Text(event.kind.replace("_", " ").ljust(18), style=KIND_STYLES[event.kind])
             console.print(f"[dim]{event.detected_s:6.3f} s[/dim]", said, f"[dim]{why}[/dim]", soft_wrap=True)
         table.add_row(f"{run.beta_deg:g} deg", *_row(impacts, run, monitor.impact))
