@@ -55,6 +55,7 @@ class AdditiveModel:
         knots: (k, m), ascending.
         values: (c, k, m), of the curves at the knots.
         offset: (c,), the log odds b.
+        threshold: the probability above which a contact had best be called cooperation, see `learning.train`.
         provenance: where it comes from.
         figures: how good it was where it was trained and cross-validated.
     """
@@ -63,6 +64,7 @@ class AdditiveModel:
     knots: Array
     values: Array
     offset: Array
+    threshold: float = 0.5
     provenance: Mapping[str, Any] = field(default_factory=dict)
     figures: Mapping[str, Any] = field(default_factory=dict)
 
@@ -91,6 +93,7 @@ class AdditiveModel:
             "version": VERSION,
             "features": self.features,
             "contexts": CONTEXTS,
+            "threshold": self.threshold,
             "provenance": dict(self.provenance),
             "figures": dict(self.figures),
         }
@@ -138,6 +141,9 @@ class AdditiveModel:
                 raise ModelError(path, f"looks at {name!r}, which this version does not know{hint}: train it anew")
         if missing := [name for name in _ARRAYS if name not in arrays or arrays[name].dtype != np.float64]:
             raise ModelError(path, f"is damaged: {missing[0]} is missing or holds no numbers")
+        threshold = about.get("threshold")
+        if not isinstance(threshold, float) or not 0 < threshold < 1:
+            raise ModelError(path, "is damaged: its threshold is no probability")
         k, c = len(features), len(CONTEXTS)
         knots, values, offset = (arrays[name] for name in _ARRAYS)
         m = knots.shape[-1] if knots.ndim else 0
@@ -151,6 +157,7 @@ class AdditiveModel:
             knots=knots,
             values=values,
             offset=offset,
+            threshold=threshold,
             provenance=about.get("provenance", {}),
             figures=about.get("figures", {}),
         )

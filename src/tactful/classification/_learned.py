@@ -34,8 +34,9 @@ def built_in() -> AdditiveModel:
 class LearnedConfig(Config):
     """How a learned classifier decides, see `LearnedClassifier`."""
 
-    threshold: Annotated[float, Field(gt=0, lt=1)] = 0.5
-    """Probability of cooperation above which a contact is one; `tactful tune` sets it for a stated guarantee."""
+    threshold: Annotated[float, Field(gt=0, lt=1)] | None = None
+    """Probability of cooperation above which a contact is one; None takes the one that was chosen with the model, see
+    `learning.train`. `tactful tune` sets it for a stated guarantee."""
     sure: Annotated[float, Field(ge=0.5, lt=1)] = 0.95
     """Probability from which a contact is told at once; below it, it stays `contact` and is looked at again."""
     wait_s: Annotated[float, Field(ge=0, le=0.2)] = 0.07
@@ -43,11 +44,12 @@ class LearnedConfig(Config):
 
     def kind(self, p: float, *, last: bool) -> Literal["collision", "cooperation"] | None:
         """Return what a probability of cooperation means; None as long as it may wait and neither is sure."""
+        threshold = 0.5 if self.threshold is None else self.threshold
         if not last and max(p, 1 - p) < self.sure:
             return None
-        if not last and (p > 0.5) != (p > self.threshold):
+        if not last and (p > 0.5) != (p > threshold):
             return None
-        return "cooperation" if p > self.threshold else "collision"
+        return "cooperation" if p > threshold else "collision"
 
 
 class LearnedClassifier:
@@ -80,6 +82,8 @@ class LearnedClassifier:
             model = built_in()
         self.model = model if isinstance(model, AdditiveModel) else AdditiveModel.load(model)
         self.config = config or LearnedConfig()
+        if self.config.threshold is None:
+            self.config = self.config.model_copy(update={"threshold": self.model.threshold})
         self.otherwise = otherwise or KinestheticClassifier()
 
     def classify(self, onset: Onset) -> Verdict:

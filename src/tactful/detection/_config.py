@@ -111,6 +111,12 @@ class FastConfig(Config):
     """Time constant with which a slow change of the external torque is forgotten [s]."""
     contact_drift_s: PositiveFloat = 0.15
     """The same while there is a contact: what stays is forgotten, so that another contact shows [s]."""
+    envelope_s: PositiveFloat = 0.1
+    """Time constant of the mean of the level that a rise is held against [s]."""
+    rise: PositiveFloat = 1.5
+    """How many times its mean the level rises to in a collision when something further touches the arm."""
+    abrupt_rise: PositiveFloat = 4.0
+    """The same in a cooperation, of the windows up to 20 ms: what comes into a hand is an obstacle, and abrupt."""
     bias_s: PositiveFloat = 30.0
     """Time constant with which the bias of the external torque is followed while nothing suggests a contact, that is
     while the level is below half of the threshold: sensors that warm up, a tool that was changed [s]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from tactful.dynamics import kernels
 Array = NDArray[np.float64]
 
 _MOST_WINDOWS = 8
+ABRUPT_S = 0.02
+"""Length of the longest window that shows what no hand does [s]."""
 FRICTION_RAD_S = 0.03
 """Speed at which half of the friction is taken up [rad/s]."""
 
@@ -64,6 +67,11 @@ def glr_dtype(n: int, longest: int) -> np.dtype[np.void]:
             ("statistic", "f8", (_MOST_WINDOWS,)),
             ("best", "i8"),  # the window that is furthest above its threshold
             ("level", "f8", (1,)),  # its statistic over its threshold
+            ("abrupt_windows", "i8"),  # how many windows, the shortest, show what is abrupt
+            ("envelope", "f8", (2,)),  # what the level, and that of the abrupt windows, has been lately
+            ("envelope_gain", "f8"),
+            ("rise", "f8", (2,)),  # how many times that means something new
+            ("risen", "i8", (2,)),  # whether it is there
         ],
         align=True,
     )
@@ -97,6 +105,9 @@ def glr_record(config: FastConfig, noise: NoiseConfig, scale_nm: Array, rate_hz:
     glr["known_gain"] = min(1.0, 1 / (config.drift_s * rate_hz))
     glr["drift_gain"] = min(1.0, 1 / (config.drift_s * rate_hz))
     glr["contact_gain"] = min(1.0, 1 / (config.contact_drift_s * rate_hz))
+    glr["abrupt_windows"] = max(1, sum(length <= ABRUPT_S * rate_hz for length in windows))
+    glr["envelope_gain"] = 1 - math.exp(-1 / (config.envelope_s * rate_hz))
+    glr["rise"] = config.rise, config.abrupt_rise
     for w, (length, threshold) in enumerate(windows.items()):
         c = taps(length)
         glr["length"][w] = length
@@ -224,7 +235,7 @@ def step(glr: Any, dq: Array, in_contact: bool) -> None:
     glr.next = (glr.next + 1) % glr.windows
     glr.position = (position + 1) % longest
     glr.started = min(glr.started + 1, longest)
-    level = 0.0
+    level = abrupt = 0.0
     for w in range(glr.windows):
         if (position + w) % glr.stride[w] == 0:
             glr.statistic[w] = _statistic(glr, w, position + longest + 1)
@@ -232,7 +243,17 @@ def step(glr: Any, dq: Array, in_contact: bool) -> None:
         if ratio > level:
             level = ratio
             glr.best = w
+        if w < glr.abrupt_windows:
+            abrupt = max(abrupt, ratio)
     glr.level[0] = level
+    _rise(glr, 0, level)
+    _rise(glr, 1, abrupt)
+
+
+@njit(cache=True)
+def _rise(glr: Any, which: int, level: float) -> None:
+    glr.risen[which] = level > max(1.0, glr.rise[which] * glr.envelope[which])
+    glr.envelope[which] += glr.envelope_gain * (level - glr.envelope[which])
 
 
 @njit(cache=True)

@@ -58,16 +58,25 @@ class _Oracle(Generic[T]):
         if onset.next_s is not None and onset.next_s - onset.detected_s <= self._wait_s + 0.5 / onset.rate_hz:
             return Verdict("contact", 0.5, ())
         truth = cast(Truth, self._recording.labels[number].kind)
+        answer = Verdict(truth, 1.0, (Evidence("truth", None, None, truth),))
+        asks, self._asks = tuple(self._asks), []
+        if self._unclear(onset.detected_s, number):
+            return answer
         decision = Decision(
             truth=truth,
             contact=(self._recording.source, number),
             operator=self._operator,
             in_collision=onset.in_collision,
-            asks=tuple(self._asks),
+            asks=asks,
         )
         self.decisions.append(decision)
-        self._asks = []
-        return Verdict(truth, 1.0, (Evidence("truth", None, None, truth),))
+        return answer
+
+    def _unclear(self, detected_s: float, number: int) -> bool:
+        """Return whether nobody knows what changed: a hand and an obstacle are there, and the later one is found."""
+        there = {label.kind for label in self._recording.labels if label.start_s <= detected_s <= label.end_s}
+        found = any(decision.contact[1] == number for decision in self.decisions)
+        return found and there >= set(KINDS)
 
 
 def decisions_of(
@@ -83,7 +92,7 @@ def decisions_of(
 
     The decisions before are taken as right: a monitor that called a collision cooperation sees nothing else until it is
     over. Detections that belong to no label, and contacts with another label than collision and cooperation, are left
-    out.
+    out; so are further ones while a hand and an obstacle are there, since the labels do not say which of them changed.
 
     Args:
         recording: with labels.

@@ -160,7 +160,7 @@ class Contacts:
         contact, current = self._contact, self.current
         assert current is not None
         if detection.onset_s - current.onset_s <= self._config.contact.merge_s:
-            return self._grow(detection.directions)
+            return self._grow(detection.directions) if self.state == COLLISION else None
         if contact["decide"]:
             contact["countdown"] = contact["decide"]
             contact["active"] |= contact["pending"]
@@ -179,6 +179,8 @@ class Contacts:
         self._undecided = None
         if self.state == COLLISION:
             return self._told(onset, detection, verdict)
+        if self.state == COOPERATION:
+            return self._told_in_cooperation(onset, detection, verdict)
         assert self.current is not None
         tell(self._contact, _STATES.get(verdict.kind, CONTACT))
         self.current = replace(
@@ -201,6 +203,14 @@ class Contacts:
             self.waiting.append(self._ended(detection.onset_s))
             return self._begin(onset, detection, verdict)
         return self._grow(detection.directions, verdict)
+
+    def _told_in_cooperation(self, onset: Onset, detection: _Detection, verdict: Verdict) -> ContactEvent | None:
+        """Take the verdict on what came during a cooperation: a collision replaces it, or the hand goes on."""
+        self._contact["pending"] = 0
+        if verdict.kind != "collision" or verdict.confidence < self._config.learned.sure:
+            return None
+        self.waiting.append(self._ended(detection.onset_s))
+        return self._begin(onset, detection, verdict)
 
     def _grow(self, directions: tuple[str, ...], verdict: Verdict | None = None) -> ContactEvent:
         current = self.current

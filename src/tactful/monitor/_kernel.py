@@ -9,7 +9,17 @@ from numpy.typing import NDArray
 
 from tactful._njit import njit
 from tactful.detection import _glr
-from tactful.detection.contact_state import COLLISION, ENDED, FREE, NOTHING, advance, clear
+from tactful.detection.contact_state import (
+    COLLISION,
+    COOPERATION,
+    DETECTED,
+    ENDED,
+    FREE,
+    NEW_DIRECTION,
+    NOTHING,
+    advance,
+    clear,
+)
 from tactful.dynamics import kernels
 from tactful.dynamics.kernels import copy
 from tactful.estimation._momentum_observer import observe_motion
@@ -136,6 +146,13 @@ def _follow_bias(memory: Any, source: int, row: Any) -> None:
 
 
 @njit(cache=True)
+def _further(memory: Any, state: int) -> bool:
+    """Return whether something further seems to touch the arm."""
+    risen = memory.glr.risen
+    return bool((state == COLLISION and risen[0]) or (state == COOPERATION and risen[1]))
+
+
+@njit(cache=True)
 def _settle(memory: Any, torque: Array) -> None:
     """Take the external torque of a sample into the slow one that tells where a contact is."""
     first, second = memory.where[0], memory.where[1]
@@ -205,13 +222,16 @@ def _step(memory: Any, samples: Any, history: Any, dft: Any, twiddle: Array, win
     memory.written += 1
     if memory.since_start >= memory.warm_up:
         code = advance(contact, row.level, row.signal, row.wrench[:3])
+        if code == NOTHING and memory.fast and contact.countdown == 0 and _further(memory, contact.state):
+            contact.pending = 1
+            code = NEW_DIRECTION
         if code == ENDED:
             _glr.resume(memory.glr, memory.slow, contact.back)
-        elif code != NOTHING:
+        elif code == DETECTED:
             memory.locate_in = memory.locate_every
         elif contact.state != FREE and memory.locate_every > 0:
             memory.locate_in -= 1
-            if memory.locate_in == 0:
+            if memory.locate_in <= 0 and code == NOTHING:
                 memory.locate_in = memory.locate_every
                 code = LOCATE
     row.state = contact.state

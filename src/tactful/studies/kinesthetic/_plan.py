@@ -62,14 +62,14 @@ def plan(episodes: int, seed: int) -> dict[str, list[EpisodeSpec]]:
         "calibration": draw_plan(few(2 / 15, 6), next(seeds), kinds=("free",)),
     }
     for number, operators in enumerate(FOLDS):
-        sets[f"training {number}"] = draw_plan(few(1 / 3), next(seeds), kinds=PAPER_KINDS, operators=operators)
+        sets[f"training {number}"] = draw_plan(few(1), next(seeds), kinds=PAPER_KINDS, operators=operators)
     sets["transitions"] = draw_plan(few(1 / 6), next(seeds), kinds=("cooperation_then_collision",))
     for name, change in VARIATIONS.items():
         sets[name] = [spec.model_copy(update=change) for spec in varied(evaluation, few(1 / 10))]
     sets["panda calibration"] = draw_plan(few(2 / 15, 6), next(seeds), kinds=("free",), sensors="panda")
     for number, operators in enumerate(FOLDS):
         sets[f"panda training {number}"] = draw_plan(
-            few(1 / 6), next(seeds), kinds=PAPER_KINDS, operators=operators, sensors="panda"
+            few(2 / 3), next(seeds), kinds=PAPER_KINDS, operators=operators, sensors="panda"
         )
     sets["panda evaluation"] = draw_plan(few(1 / 3), next(seeds), kinds=PAPER_KINDS, sensors="panda")
     sets["free"] = draw_plan(few(2.5), next(seeds), kinds=("free",))
