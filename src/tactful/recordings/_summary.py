@@ -145,9 +145,7 @@ def abilities(names: set[str]) -> tuple[Ability, ...]:
         Ability(
             "isolation",
             turned,
-            "with tactful.isolation; the monitor itself names no link yet"
-            if turned
-            else "needs q and an external joint torque",
+            "the link, and the force there" if turned else "needs q and an external joint torque",
         ),
         Ability(
             "classification",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import importlib.util
 import os
 import re
@@ -36,14 +35,17 @@ _FLAGS = [
 ]
 _REMARK = "Unable to preventDefault inside passive event listener"
 """What Chromium remarks on the mouse over viser's own canvas; nothing is wrong then."""
-_START_S = 300.0
-_WAIT_MS = 240_000
+_START_S, _WAIT_MS = 300.0, 120_000
+_END_S = 900
+"""After this time a command is ended, even if its test could not."""
+SHOTS = os.environ.get("TACTFUL_SHOTS")
 
 
 @contextmanager
 def served(*arguments: str, folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """Run `tactful live ... --view`, and yield the process and the address of its page; Ctrl-C ends it."""
-    command = [sys.executable, "-m", "tactful", "live", *arguments, "--view", "--port", "0", "--json"]
+    ending = ["timeout", "--signal=INT", "--kill-after=30", str(_END_S)]
+    command = [*ending, sys.executable, "-m", "tactful", "live", *arguments, "--view", "--port", "0", "--json"]
     told = folder / "stderr"
     with told.open("w") as errors, (folder / "events.jsonl").open("w") as events:
         process = subprocess.Popen(command, cwd=folder, stdout=events, stderr=errors, text=True)
@@ -60,9 +62,10 @@ def served(*arguments: str, folder: Path) -> Iterator[tuple[subprocess.Popen[str
 def _address(process: subprocess.Popen[str], told: Path) -> str:
     until = time.monotonic() + _START_S
     while time.monotonic() < until and process.poll() is None:
-        if found := re.search(r"http://127\.0\.0\.1:\d+", told.read_text()):
+        said = told.read_text()
+        if "Ctrl-C" in said and (found := re.search(r"http://127\.0\.0\.1:\d+", said)):  # it runs
             return found.group()
-        time.sleep(0.2)
+        time.sleep(0.1)
     raise AssertionError(f"no page: {told.read_text()}")
 
 
@@ -71,13 +74,13 @@ class Window:
 
     Attributes:
         page: the page, as Playwright has it.
+        late: what Playwright raises when something does not come.
         errors: what the console said that is an error, and exceptions.
         requests: what the page asked for.
-        sharpness: pixels that are drawn for one of the window's.
     """
 
-    def __init__(self, page: Any, sharpness: float) -> None:
-        self.page, self.sharpness = page, sharpness
+    def __init__(self, page: Any, late: type[Exception]) -> None:
+        self.page, self.late = page, late
         self.errors: list[str] = []
         self.requests: list[str] = []
         page.set_default_timeout(_WAIT_MS)
@@ -111,6 +114,18 @@ class Window:
         """Return the newest contact of a kind in the list, which may still have to come."""
         return self.page.get_by_role("button", name=re.compile(rf"\d s +· +{kind}")).first
 
+    def choose(self, kind: str) -> str:
+        """Choose the newest contact of a kind, and return its evidence; while the list moves on, try again."""
+        evidence = self.page.locator("[data-tactful=evidence]").filter(has_text=f"{kind}: ")
+        for _ in range(3):
+            self.contact(kind).click()
+            try:
+                evidence.wait_for(timeout=_WAIT_MS / 4)
+            except self.late:
+                continue
+            return str(evidence.inner_text())
+        raise AssertionError(f"the evidence of a {kind} is not shown: {self.contacts()}")
+
     def contacts(self) -> list[str]:
         """Return what the list says, newest first."""
         buttons = self.page.get_by_role("button", name=re.compile(r"\d s +· +"))
@@ -138,36 +153,43 @@ class Window:
         """Click a button while the mouse is elsewhere."""
         self.page.get_by_role("button", name=name, exact=True).first.dispatch_event("click")
 
+    def wait_for_time(self, low_s: float, high_s: float, period_s: float) -> float:
+        """Wait until the robot's time is between two of a period, and return it [s]."""
+        self.page.wait_for_function(
+            """([low, high, period]) => {
+                const told = document.querySelector('[data-tactful=details]').innerText.match(/^([\\d.]+) s/);
+                return told && low < told[1] % period && told[1] % period < high;
+            }""",
+            arg=[low_s, high_s, period_s],
+        )
+        return self.time_s()
+
+    def wait_for_frames(self, count: int = 3) -> None:
+        """Wait until so many more pictures are drawn."""
+        self.page.evaluate(
+            """async count => {
+                for (let k = 0; k < count; k++) await new Promise(drawn => requestAnimationFrame(drawn));
+            }""",
+            count,
+        )
+
     def shot(self, name: str) -> None:
-        """Keep a picture where TACTFUL_SHOTS names a folder, in all its pixels; for that, time stands still."""
-        folder = os.environ.get("TACTFUL_SHOTS")
-        if not folder:
-            return
-        self.page.evaluate("document.querySelectorAll('[class*=Notification-root]').forEach(e => e.remove())")
-        screen = self.page.context.new_cdp_session(self.page)
-        size = {"width": 1280, "height": 800, "mobile": False}
-        screen.send("Emulation.setDeviceMetricsOverride", {**size, "deviceScaleFactor": 1.0})
-        self.page.wait_for_timeout(2000)
-        running = self.page.get_by_role("button", name="Pause", exact=True).count()
-        if running:
-            self.click("Pause")
-        self.page.wait_for_timeout(3000)
-        picture = screen.send("Page.captureScreenshot", {"format": "png"})["data"]
-        (Path(folder) / f"{name}.png").write_bytes(base64.b64decode(picture))
-        screen.send("Emulation.setDeviceMetricsOverride", {**size, "deviceScaleFactor": self.sharpness})
-        if running:
-            self.click("Go on")
+        """Keep a picture where TACTFUL_SHOTS names a folder."""
+        if SHOTS:
+            self.page.evaluate("document.querySelectorAll('[class*=Notification-root]').forEach(e => e.remove())")
+            self.wait_for_frames()
+            self.page.screenshot(path=Path(SHOTS) / f"{name}.png")
 
 
 @contextmanager
-def window(folder: Path, *, sharpness: float = 0.4) -> Iterator[Window]:
+def window(folder: Path) -> Iterator[Window]:
     """Open a window of 1280 x 800; fewer pixels keep a processor that has to draw them all from doing nothing else."""
     chromium = shutil.which("chromium")
     if chromium is None:
         missing("chromium is not installed")
     if importlib.util.find_spec("playwright") is None:
         missing("playwright is not installed")
-    from playwright.sync_api import sync_playwright
+    from playwright.sync_api import TimeoutError, sync_playwright
 
     with sync_playwright() as playwright:
         context = playwright.chromium.launch_persistent_context(
@@ -176,9 +198,9 @@ def window(folder: Path, *, sharpness: float = 0.4) -> Iterator[Window]:
             headless=True,
             args=_FLAGS,
             viewport={"width": 1280, "height": 800},
-            device_scale_factor=sharpness,
+            device_scale_factor=1.0 if SHOTS else 0.4,
         )
         try:
-            yield Window(context.pages[0], sharpness)
+            yield Window(context.pages[0], TimeoutError)
         finally:
             context.close()

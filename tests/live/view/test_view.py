@@ -80,7 +80,10 @@ def test_history_gives_a_window_and_forgets() -> None:
 
 def test_words_say_what_decided_and_escape_what_files_say() -> None:
     """Names come from files of others: none of them may become a part of the page."""
-    assert reason(event()) == "cooperation: not classified yet, p = 0.97"
+    assert reason(event()) == "cooperation: force along +y with the motion, p = 0.97"
+    assert reason(event(kind="collision", force_n=(1.0, -9.0, 0.0))).startswith("collision: force along -y against the")
+    assert reason(event(force_n=(8.0, 0.0, 0.0), velocity_m_s=None)).startswith("cooperation: force along +x at rest")
+    assert reason(event(kind="contact")) == "contact: force along +y, not classified yet"
     assert headline(event()) == "12.00 s  ·  cooperation  ·  14 N  ·  panda_link7"
     assert "detected 50 ms later" in evidence_card(event())
     assert "<script>" not in _strip([event(link="<script>alert(1)</script>")], 0.0, 30.0, 13.0, None)

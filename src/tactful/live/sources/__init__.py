@@ -36,8 +36,9 @@ class Settings:
 
 
 def fill_in(given: MonitorConfig, known: MonitorConfig) -> MonitorConfig:
-    """Return the settings that a source knows, with what is given of the arm; those given, if they say more."""
-    if given.model_dump(exclude={"robot"}, exclude_defaults=True):
+    """Return the settings that a source knows, with what is given of its arm; those given, if they say more."""
+    another = given.robot.model not in (None, known.robot.model)
+    if another or given.model_dump(exclude={"robot"}, exclude_defaults=True):
         return given
     arm = {key: getattr(given.robot, key) for key in given.robot.model_fields_set}
     return known.model_copy(update={"robot": known.robot.model_copy(update=arm)})

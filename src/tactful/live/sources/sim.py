@@ -54,8 +54,8 @@ class SimSource(Source):
         self.name, self._alone = name, alone
         self.config = fill_in(settings.config, MonitorConfig.load(CONFIG))
         self.robot = find_arm(name, self.config, default=_ARM)
-        self.paused = False
-        self._clock = Clock(settings.speed)
+        self.speed, self.paused = settings.speed, False
+        self._clock = Clock(self.speed)
 
     def open(self) -> None:
         """Build the cell."""

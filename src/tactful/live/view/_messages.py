@@ -45,6 +45,8 @@ class Setup:
     """Whether the arm is commanded from here, so that it can react."""
     workshop: bool
     """Whether it can be touched, paused and started anew."""
+    speed: float = 0.0
+    """Robot time that is to pass in a second, in simulation; 0 where nobody has set it."""
     recorded: bool = False
     """Whether it is a recording, whose past follows."""
     policy: str | None = None

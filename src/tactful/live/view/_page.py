@@ -8,6 +8,8 @@ import queue
 import signal
 import threading
 import time
+from collections import deque
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +17,8 @@ import numpy as np
 
 from tactful.live.view._contacts import Contacts
 from tactful.live.view._controls import Controls
-from tactful.live.view._history import History
-from tactful.live.view._messages import Array, Frame, Past, Setup, Wish
+from tactful.live.view._history import History, norm
+from tactful.live.view._messages import Array, Frame, Past, Setup, Trace, Wish
 from tactful.live.view._player import Player
 from tactful.live.view._scene import Scene
 from tactful.live.view._signals import Signals
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
     import viser
 
 _PLOTS_PER_S, _STRIPS_PER_S = 10.0, 4.0
+_PACE_S, _SLOW = 5.0, 0.95
+"""Over which time the pace of a simulation is measured [s], and below which share of its speed it is told."""
 _SHOWN_S = 2.0
 """How long a contact stays marked after its end [s]."""
 _PANEL_PX, _SIGNALS_PX = 360, 340
@@ -45,13 +49,16 @@ def serve(pipe: Connection, port: int) -> None:
     server.scene.set_up_direction("+z")
     wishes: queue.SimpleQueue[Wish] = queue.SimpleQueue()
     threading.Thread(target=_send, args=(pipe, wishes), daemon=True).start()
+    waiting = server.gui.add_markdown("Getting ready. The first time ever, this takes about 20 s.")
     pipe.send("ready")
     page: Page | None = None
     try:
         while True:
             message = pipe.recv()
             if isinstance(message, Setup):
-                if page is not None:
+                if page is None:
+                    waiting.remove()
+                else:
                     page.remove()
                 page = Page(server, message, wishes)
             elif isinstance(message, Past) and page is not None:
@@ -89,7 +96,7 @@ class Page:
         self._latest: ContactEvent | None = None
         self._q: Array | None = None
         self._drawn = dict.fromkeys(("plots", "strip", "state"), 0.0)
-        self._t = 0.0
+        self._times: deque[tuple[float, float]] = deque(maxlen=round(_PACE_S * _STRIPS_PER_S))
         live = setup.workshop
         self._scene = Scene(server, setup, self._drag if live else None, self._put if live else None)
         self._state = server.gui.add_html("")
@@ -138,14 +145,15 @@ class Page:
 
     def update(self, frame: Frame) -> None:
         """Show what has come."""
-        self._t = frame.t
         self._history.add(frame.trace)
         self._q = frame.q if frame.q is not None else self._q
         self._scene.place(frame.q)
         self._scene.update(frame)
         for _, event in frame.events:
+            self._scene.pin(event)
             self._contacts.add(event)
             self._latest = event
+        self._follow_peak(frame.trace)
         latest = self._latest
         recent = latest is not None and (latest.end_s is None or frame.t <= latest.end_s + _SHOWN_S)
         self._scene.mark(self._contacts.chosen or (latest if recent else None))
@@ -155,6 +163,16 @@ class Page:
             self._contacts.draw(frame.t)
             self._controls.update(frame)
             self._show_state(frame)
+
+    def _follow_peak(self, trace: Trace) -> None:
+        """Show of a contact that lasts the largest force so far; the monitor tells it at its end."""
+        latest = self._latest
+        if latest is None or latest.end_s is not None:
+            return
+        force_n = norm(trace.force_n[trace.t >= latest.onset_s])
+        if len(force_n) and force_n.max() > latest.peak_force_n + 0.5:
+            self._latest = replace(latest, peak_force_n=float(force_n.max()))
+            self._contacts.add(self._latest)
 
     def stop(self) -> None:
         """Show nothing new."""
@@ -179,16 +197,29 @@ class Page:
         details = [f"{frame.t:.1f} s"]
         if self._setup.commanded:
             details.append(f"the arm {doing[frame.reaction]}")
-        details.append(f"{frame.lost} of {frame.samples} samples lost")
+        if (pace := self._pace(frame)) is not None:
+            details.append(f"{pace:.2g} s of simulation a second")
+        details.append(f"{frame.samples} samples, {frame.lost or 'none'} lost")
         if frame.late:
             details.append(f"{frame.late} late")
         if frame.computing_s == frame.computing_s:
-            details.append(f"99.9 % computed in {1e3 * frame.computing_s:.2f} ms")
+            details.append(f"each computed within {1e3 * frame.computing_s:.2f} ms (99.9 %)")
         if frame.degraded:
             details.append("degraded: bad samples are skipped")
         if frame.recording:
-            details.append(f"recording {frame.recording}")
+            details.append("recording")
         self._tell(words, kind, " · ".join(details))
+
+    def _pace(self, frame: Frame) -> float | None:
+        """Return how fast simulated time passes, None where it keeps its speed."""
+        now = time.monotonic()
+        if frame.paused or not self._setup.speed:
+            self._times.clear()
+            return None
+        self._times.append((now, frame.t))
+        since, begun = self._times[0]
+        pace = (frame.t - begun) / (now - since) if now - since > 1.0 else self._setup.speed
+        return pace if pace < _SLOW * self._setup.speed else None
 
     def _tell(self, words: str, kind: str, details: str) -> None:
         robot = self._setup.robot.title if self._setup.robot else "no robot, wrench alone"

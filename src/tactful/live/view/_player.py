@@ -63,6 +63,7 @@ class Player:
         """Look at a time [s], and stay there."""
         self._playing = False
         self._t = min(max(t, self.start_s), self.end_s)
+        self._slider.value = round(self._t - self.start_s, 2)
         self._look()
 
     def stop(self) -> None:

@@ -25,7 +25,7 @@ _VELOCITY = (33, 102, 196)
 _SHOWN_S = 2.0
 """How long a contact stays marked after its end [s]."""
 
-CAMERA_M, LOOK_AT_M, CAMERA_FOV_RAD = (1.9, -1.25, 1.15), (0.3, 0.05, 0.36), 0.70
+CAMERA_M, LOOK_AT_M, CAMERA_FOV_RAD = (1.75, -1.15, 1.10), (0.3, 0.06, 0.36), 0.70
 
 Grab = Callable[[str, int, Array, Array], None]
 """What is told of a drag: its phase, the link, the point that is held and where the mouse is."""
@@ -50,8 +50,7 @@ class Scene:
         self._poses: list[tuple[Array, Array]] = []
         self._links: dict[int, viser.MeshHandle] = {}
         self._marked: int | None = None
-        self._pinned_to: tuple[int, tuple[float, ...]] | None = None
-        self._pinned = np.zeros(3)
+        self._pinned: dict[int, Array] = {}
         self._tip = np.zeros(3)
         self._hand_held = np.zeros(3)
         scene.add_grid(
@@ -107,14 +106,14 @@ class Scene:
         self._point = scene.add_icosphere("/contact", radius=0.03, color=rgb("contact"), opacity=0.85, visible=False)
         self._text = scene.add_label("/contact text", dark, visible=False, anchor="bottom-center")
         self._force_text = scene.add_label("/unit/force text", "force", visible=False, anchor="bottom-center")
-        self._velocity_text = scene.add_label("/unit/velocity text", "velocity", visible=False, anchor="bottom-center")
+        self._velocity_text = scene.add_label("/unit/velocity text", "velocity", visible=False, anchor="top-center")
         self._string = scene.add_line_segments("/hand/string", _NOWHERE, (18, 146, 90), thickness=0.008)
         self._palm = scene.add_icosphere("/hand/palm", radius=0.025, color=(18, 146, 90), visible=False)
 
     def _draw_obstacle(self, setup: Setup, on_put: Callable[[Array], None] | None) -> None:
         assert setup.obstacle_m is not None
         self._obstacle = box = self._scene.add_box(
-            "/obstacle", color=(214, 140, 92), dimensions=setup.obstacle_size_m, position=setup.obstacle_m
+            "/obstacle", color=(214, 140, 92), opacity=0.8, dimensions=setup.obstacle_size_m, position=setup.obstacle_m
         )
         if on_put is None:
             return
@@ -168,6 +167,14 @@ class Scene:
         """Show the force at the tip now (3,) [N]."""
         size = float(np.linalg.norm(force_n))
         self._live.points = self._arrow(self._tip, force_n if size > _SMALL_N else None)
+
+    def pin(self, event: ContactEvent) -> None:
+        """Take note of where on its link a contact is, as the arm stands now; there it is marked from then on."""
+        link = self._link_of(event)
+        self._pinned.pop(event.id, None)
+        if link is not None and self._poses and event.location is not None and event.location.point_m is not None:
+            R, x = self._poses[link]
+            self._pinned[event.id] = R.T @ (np.array(event.location.point_m) - x)
 
     def mark(self, event: ContactEvent | None) -> None:
         """Show a contact: where, its force, and the unit vectors of force and velocity; None shows none."""
@@ -229,12 +236,9 @@ class Scene:
         return link if link in self._links else None
 
     def _where(self, event: ContactEvent, link: int | None) -> Array:
-        if link is not None and self._poses and event.location is not None and event.location.point_m is not None:
+        if link is not None and self._poses and event.id in self._pinned:
             R, x = self._poses[link]
-            told = (event.id, event.location.point_m)
-            if told != self._pinned_to:  # it moves with the link from here on
-                self._pinned_to, self._pinned = told, R.T @ (np.array(event.location.point_m) - x)
-            return np.asarray(x + R @ self._pinned)
+            return np.asarray(x + R @ self._pinned[event.id])
         return self._tip if link is None else self.middle_of(link)
 
     def middle_of(self, link: int) -> Array:

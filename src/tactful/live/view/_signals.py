@@ -18,6 +18,8 @@ _JOINTS = ("#2166c4", "#e8850c", "#12925a", "#d92d20", "#8a3ab9", "#8c6239", "#d
 _AXES = ("#d92d20", "#12925a", "#2166c4")
 _STATES = (("collision", 1.0), ("cooperation", 2.0), ("contact", 3.0))
 _HEIGHT = 172
+_LOWEST = 0.1
+"""Lowest level that is drawn: their axis is logarithmic, so that noise, threshold and blow can be seen at once."""
 
 
 class Signals:
@@ -41,7 +43,7 @@ class Signals:
             named = [self._line(name, colour) for name, colour in zip(levels, colours, strict=True)]
             title = "Level of contact, over its threshold" if self._fast else "Force in the band, over its threshold"
             limit = self._line("threshold", "#d92d20", dash=(6, 4))
-            self._level = self._plot(gui, title, [*bands, *named, limit], least=1.5)
+            self._level = self._plot(gui, title, [*bands, *named, limit], y={"distr": 3})  # logarithmic
             force = [self._line(name, colour, 1.0) for name, colour in zip("xyz", _AXES, strict=True)]
             self._force = self._plot(gui, "Force at the tip [N]", [*force, self._line("|F|", "#1d2a35", 2.0)])
             torque = [self._line(str(i + 1), _JOINTS[i % len(_JOINTS)], 1.2) for i in range(n)]
@@ -55,7 +57,7 @@ class Signals:
         t = trace.t
         ones = np.ones(len(t))
         states = [np.where(trace.state == code, 1.0, 0.0) for _, code in _STATES]
-        levels = [trace.level[:, 0]] if self._fast else list(trace.level.T)
+        levels = np.maximum(trace.level, _LOWEST).T[: 1 if self._fast else 3]
         self._level.data = (t, *states, *levels, ones)
         self._force.data = (t, *trace.force_n.T, norm(trace.force_n))
         if self._torque is not None:
@@ -77,17 +79,17 @@ class Signals:
             "points": {"show": False},
         }
 
-    def _plot(self, gui: viser.GuiApi, title: str, lines: list[Any], *, least: float | None = None) -> Any:
+    def _plot(self, gui: viser.GuiApi, title: str, lines: list[Any], *, y: dict[str, Any] | None = None) -> Any:
         grid = {"stroke": "#e8ecf0", "width": 1}
         ticks = {"stroke": "#e8ecf0", "size": 4}
         axis = {"grid": grid, "ticks": ticks, "stroke": "#7b8a97", "font": "10px sans-serif"}
         t = self._empty[0]
         return gui.add_uplot(
-            (t, *(np.zeros_like(t) for _ in lines)),
+            (t, *(np.full_like(t, _LOWEST) for _ in lines)),
             ({"label": "t [s]"}, *lines),
             title=title,
             height=_HEIGHT,
-            scales={"x": {"time": False}, "y": {}, "state": {"auto": False, "range": (0.0, 1.0)}},
+            scales={"x": {"time": False}, "y": y or {}, "state": {"auto": False, "range": (0.0, 1.0)}},
             axes=({**axis, "size": 26}, {**axis, "size": 38}),
             legend={"show": True, "live": False},
             cursor={"drag": {"x": False, "y": False}},

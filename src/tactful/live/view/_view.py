@@ -239,7 +239,7 @@ class _Follower:
             path = Path(f"tactful-{datetime.now():%Y%m%d-%H%M%S}.parquet")
             recorder = Recorder(path)
             recorder.follow(self._session.feed, self._session.about())
-            self._recorder, self._notice = recorder, None
+            self._recorder, self._notice = recorder, f"recording {path}"
 
     def _stop_recording(self) -> None:
         recorder, self._recorder = self._recorder, None
@@ -305,6 +305,7 @@ def _setup(session: Session, policy: str | None) -> Setup:
             "in_the_way_m": shop.in_the_way_m,
             "obstacle_size_m": OBSTACLE_SIZE_M,
             "way_m": _way(shop.plan),
+            "speed": source.speed,
         }
     return Setup(
         source=source.name,

@@ -16,6 +16,8 @@ COLOURS = {
     "unexpected_impact": "#8a3ab9",
 }
 
+_SLOW_M_S = 0.01
+
 
 def rgb(kind: str) -> tuple[int, int, int]:
     """Return the colour of a kind as three numbers."""
@@ -36,17 +38,33 @@ def headline(event: ContactEvent) -> str:
 
 
 def reason(event: ContactEvent) -> str:
-    """Return what decided, and how sure it is."""
-    told = event.decision or "not classified yet"
-    if not told.startswith((kind_of(event), "unclassified")):
-        told = f"{kind_of(event)}: {told}"
-    return f"{told}, p = {event.confidence:.2f}"
+    """Return where the force acts, how it stands to the motion, and how sure the kind is."""
+    if event.kind == "contact":
+        return f"contact: force {_axis(event.force_n)}, not classified yet"
+    return f"{kind_of(event)}: force {_axis(event.force_n)} {_to_motion(event)}, p = {event.confidence:.2f}"
+
+
+def _axis(force_n: tuple[float, ...]) -> str:
+    """Return the axis of the base along which a force (3,) is largest."""
+    size, axis = max((abs(value), axis) for axis, value in enumerate(force_n[:3]))
+    return f"along {'-' if force_n[axis] < 0 else '+'}{'xyz'[axis]}" if size else "unknown"
+
+
+def _to_motion(event: ContactEvent) -> str:
+    force, velocity = event.force_n[:3], event.velocity_m_s
+    if velocity is None or math.hypot(*velocity[:3]) < _SLOW_M_S or not math.hypot(*force):
+        return "at rest"
+    along = sum(f * v for f, v in zip(force, velocity, strict=False))
+    cosine = along / (math.hypot(*force) * math.hypot(*velocity[:3]))
+    return "with the motion" if cosine > 0.5 else "against the motion" if cosine < -0.5 else "across the motion"
 
 
 def evidence_card(event: ContactEvent) -> str:
     """Return all that is known of a contact, as HTML."""
     colour = COLOURS[event.kind]
-    rows = [
+    decided = event.decision.partition(": ")[2] or event.decision
+    rows = [("decided by", decided)] if decided else []
+    rows += [
         ("onset", f"{event.onset_s:.3f} s, detected {1e3 * (event.detected_s - event.onset_s):.0f} ms later"),
         ("lasted", "still there" if event.end_s is None else f"{event.end_s - event.onset_s:.2f} s"),
         ("force at the tip", f"{_vector(event.force_n)} N, at most {event.peak_force_n:.1f} N"),
