@@ -188,7 +188,7 @@ class ImpactCauses:
         """
         try:
             with Path(path).open("wb") as file:
-                np.savez(file, causes=np.array(self.causes), features=np.array(_NAMES), **self._arrays)  # type: ignore[arg-type]
+                np.savez_compressed(file, causes=np.array(self.causes), features=np.array(_NAMES), **self._arrays)  # type: ignore[arg-type]
         except OSError as error:
             raise TactfulError(f"{path} cannot be written: {error.strerror or error}") from None
 

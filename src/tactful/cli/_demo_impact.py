@@ -3,7 +3,7 @@
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
@@ -14,34 +14,26 @@ from tactful.errors import TactfulError
 
 if TYPE_CHECKING:
     from tactful.classification import AimAwareConfig
-    from tactful.monitor import ContactEvent
+    from tactful.monitor import ContactEvent, Monitor
     from tactful.simulation.planar import PlanarConfig, PlanarImpact
 
 _BETA_DEG = (0.0, 5.0)
-_R_B_NM_S = 4000.0
 
 
 def demo_impact(out: Path, seed: int) -> int:
     """Let a planar arm strike a surface twice, tell what the monitor says, and draw it."""
     import numpy as np
 
-    from tactful.classification import AimAwareConfig
-    from tactful.detection import ImpactConfig
     from tactful.estimation import ObserverConfig
     from tactful.monitor import Monitor, MonitorConfig
     from tactful.simulation.planar import PlanarConfig, planar_robot, simulate_impact
+    from tactful.studies.impact_causes import CONFIG, planar_causes
 
     console = Console(highlight=False)
     rng = np.random.default_rng(seed)
     alpha_deg, x_m = float(rng.uniform(75, 105)), float(rng.uniform(0.25, 0.35))
-    planar = PlanarConfig()
-    aim = AimAwareConfig.table1(
-        "medium",
-        impact=ImpactConfig(r_b_nm_s=(_R_B_NM_S, _R_B_NM_S, math.inf)),
-        bandwidth_hz=planar.observer_gain / (2 * math.pi),
-        xi_s=0.095,
-    )
-    config = MonitorConfig(observer=ObserverConfig(joint_flexibility=True), aim_aware=aim)
+    planar, causes = PlanarConfig(impact=CONFIG.impact), planar_causes()
+    config = MonitorConfig(observer=ObserverConfig(joint_flexibility=True), aim_aware=CONFIG)
     console.print(
         f"A planar arm comes down at {planar.task.speed_m_s:g} m/s, {alpha_deg:.0f} deg to the surface it was told of, "
         "and is to stay on it.",
@@ -56,7 +48,7 @@ def demo_impact(out: Path, seed: int) -> int:
     for heading in ("surface inclined by", "the monitor says", "reason", "tool tilted by", "first said", "decided"):
         table.add_column(heading)
     for run in runs:
-        monitor = Monitor(planar_robot(), config, plan=run.plan)
+        monitor = Monitor(planar_robot(), config, plan=run.plan, causes=causes)
         told = [event for row in zip(run.t, run.q, run.dq, run.tau, strict=True) if (event := monitor.update(*row))]
         impacts = [event for event in told if event.kind.endswith("impact")]
         console.print(
@@ -69,13 +61,13 @@ def demo_impact(out: Path, seed: int) -> int:
                 continue
             said = Text(event.kind.replace("_", " ").ljust(18), style=KIND_STYLES[event.kind])
             console.print(f"[dim]{event.detected_s:6.3f} s[/dim]", said, f"[dim]{why}[/dim]", soft_wrap=True)
-        table.add_row(f"{run.beta_deg:g} deg", *_row(impacts, run, monitor.impact))
+        table.add_row(f"{run.beta_deg:g} deg", *_row(impacts, run, monitor))
     console.print()
     console.print(table)
     console.print(f"[dim]both impacts monitored in {time.perf_counter() - begin:.1f} s, one sample at a time[/dim]\n")
     out.mkdir(parents=True, exist_ok=True)
     try:
-        _draw(runs, aim, planar, out / "impact.png")
+        _draw(runs, CONFIG, planar, out / "impact.png")
     except TactfulError as error:
         console.print(f"no picture: {error}", soft_wrap=True)
     else:
@@ -84,13 +76,14 @@ def demo_impact(out: Path, seed: int) -> int:
     return 0
 
 
-def _row(impacts: "list[ContactEvent]", run: "PlanarImpact", result: Any) -> tuple[str | Text, ...]:
+def _row(impacts: "list[ContactEvent]", run: "PlanarImpact", monitor: "Monitor") -> tuple[str | Text, ...]:
+    result, cause = monitor.impact, monitor.impact_cause
     if not impacts or result is None or result.decided_s is None:
         return Text("nothing", style="yellow"), "", "", "", ""
     last, touch_s = impacts[-1], run.touches[0].time_s
     return (
         Text(last.kind.replace("_", " "), style=KIND_STYLES[last.kind]),
-        last.reason or "",
+        "" if last.reason is None or cause is None else f"{last.reason}, {100 * cause.confidence:.0f} % sure",
         f"{result.tilt_deg:.1f} deg",
         f"{(impacts[0].detected_s - touch_s) * 1e3:+.0f} ms",
         f"{(result.decided_s - touch_s) * 1e3:+.0f} ms",

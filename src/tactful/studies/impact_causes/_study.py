@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Callable, Sequence
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,12 @@ def impact_causes_study(
     (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     (folder / "tables.md").write_text(tables(summary), encoding="utf-8")
     return summary
+
+
+def planar_causes() -> ImpactCauses:
+    """Return what the study learns by default of the planar arm on a fixed, smooth surface, judged as `CONFIG` says."""
+    with resources.as_file(resources.files("tactful.studies.impact_causes") / "causes-fixed.npz") as file:
+        return ImpactCauses.load(file)
 
 
 def _learn(runs: Sequence[ImpactRun]) -> ImpactCauses:
