@@ -88,9 +88,7 @@ def test_touch_record_and_replay(tmp_path: Path) -> None:
             lines = [json.loads(line) for line in (tmp_path / "events.jsonl").read_text().splitlines()]
             assert [(line["kind"], line["onset_s"]) for line in lines] == list(told.values())
             shown.tab("Recording")
-            shown.press("Pause")
-            slider = shown.page.get_by_role("slider").first
-            slider.press("End")
+            shown.page.get_by_role("slider").first.press("End")
             shown.tab("Contacts")
             shown.choose("cooperation")
             shown.shot("replay")
