@@ -29,12 +29,14 @@ class ImpactRun:
 
     Attributes:
         cause: its name, of the causes of a task.
+        alpha_deg: angle of approach [deg].
         beta_deg: inclination of the surface [deg].
         plan: what was planned.
         result: what the aim-aware classifier found.
     """
 
     cause: str
+    alpha_deg: float
     beta_deg: float
     plan: ImpactPlan
     result: AimAwareResult
@@ -89,4 +91,4 @@ def simulate_cause(
     r = MomentumObserver(planar_robot(), observing).run(run.t, run.q, run.dq, run.tau)
     aim = AimAware(plan, config)
     aim.run(run.t, run.q, run.dq, r)
-    return ImpactRun(name, run.beta_deg, plan, aim.result)
+    return ImpactRun(name, run.alpha_deg, run.beta_deg, plan, aim.result)

@@ -138,6 +138,7 @@ def _measure(told: Told, task: Task) -> dict[str, Any]:
     return {
         "right": Share(int(correct.sum()), len(told)).to_dict(),
         "confusion": {cause: _counts([x for x in told if x[0].cause == cause]) for cause in task.causes},
+        "wrong_alpha_deg": {cause: _directions([x for x in told if x[0].cause == cause]) for cause in task.causes},
         "inclination_mae_deg": float(np.mean(tilted)),
         "inclination_largest_error_deg": float(np.max(tilted)),
         "confidence": [
@@ -146,6 +147,12 @@ def _measure(told: Told, task: Task) -> dict[str, Any]:
             if (here := felt & (sure >= low) & ((sure < high) | (high == 1.0))).any()
         ],
     }
+
+
+def _directions(told: Told) -> list[float] | None:
+    """Return the smallest and the largest angle of approach of the impacts that are told wrongly [deg]."""
+    wrong = [run.alpha_deg for run, what in told if run.cause != what.cause]
+    return [min(wrong), max(wrong)] if wrong else None
 
 
 def _counts(told: Told) -> dict[str, int]:

@@ -24,6 +24,11 @@ def tables(summary: dict[str, Any]) -> str:
                 "",
                 *_confusion("was \\ told", part["confusion"]),
                 "",
+                *(
+                    f"- {cause} is told wrongly at directions from {low:.0f} to {high:.0f} deg"
+                    for cause, (low, high) in ((c, a) for c, a in part["wrong_alpha_deg"].items() if a)
+                ),
+                "",
                 "| confidence | impacts that were felt | right |",
                 "| --- | --- | --- |",
                 *(f"| {b['from']:g}-{b['to']:g} | {b['runs']} | {b['right']:.0%} |" for b in part["confidence"]),
