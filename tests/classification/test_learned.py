@@ -144,7 +144,8 @@ def _write(path: Path, change: Any = None, **arrays: Any) -> None:
     ("change", "arrays", "line"),
     [
         ({"format": "something"}, {}, "is no classifier: train one with `tactful train`"),
-        ({"version": 2}, {}, "has version 2, but 1 is needed: train it anew"),
+        ({"version": 1}, {}, "has version 1, but 2 is needed: train it anew"),
+        ({"threshold": 1.5}, {}, "is damaged: its threshold is no probability"),
         ({"features": ["against_motion", "abrupt", "since_colision"]}, {}, "does not know; is it 'since_collision'?"),
         ({"features": "abrupt"}, {}, "is damaged: it does not say what it looks at"),
         ({"contexts": ["first"]}, {}, "is damaged: it does not say what it looks at"),

@@ -35,7 +35,7 @@ def decisions(
                 truth="cooperation" if helped else "collision",
                 contact=(f"{number}.npz", 0),
                 operator=operators[(number // 2) % len(operators)],
-                in_collision=False,
+                after_collision=False,
                 asks=tuple(asks),
             )
         )

@@ -32,7 +32,7 @@ def touched(panda: Robot) -> Recording:
 def test_each_detection_is_a_decision_with_its_truth(panda: Robot, touched: Recording) -> None:
     """First the collision in free motion, then the help beside it; each asked more than once, as time goes on."""
     found = decisions_of(touched, panda, QUIET, seen)
-    assert [(d.truth, d.in_collision, d.contact) for d in found] == [
+    assert [(d.truth, d.after_collision, d.contact) for d in found] == [
         ("collision", False, ("touched.csv", 0)),
         ("cooperation", True, ("touched.csv", 1)),
     ]

@@ -64,7 +64,7 @@ def test_without_location_and_what_is_never_known() -> None:
 
 def test_a_second_context_with_few_contacts_follows_the_first() -> None:
     """Twelve contacts in a collision cannot carry a model of their own; they share the curves."""
-    made = [replace(d, in_collision=True) if number < 12 else d for number, d in enumerate(decisions(300))]
+    made = [replace(d, after_collision=True) if number < 12 else d for number, d in enumerate(decisions(300))]
     model = train(made, config=PATIENT).model
     power = model.features.index("power")
     first, second = model.values[:, power, -1] - model.values[:, power, 0]

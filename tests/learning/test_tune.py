@@ -25,7 +25,7 @@ def scored(truth: str, scores: list[tuple[float, ...]], start: int = 0) -> list[
             )
         )
     return [
-        Decision(truth=truth, contact=("r", start + k), operator=None, in_collision=False, asks=ask)  # type: ignore[arg-type]
+        Decision(truth=truth, contact=("r", start + k), operator=None, after_collision=False, asks=ask)  # type: ignore[arg-type]
         for k, ask in enumerate(asks)
     ]
 

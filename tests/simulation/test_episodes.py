@@ -85,6 +85,15 @@ def test_kind_is_what_happens(kind: EpisodeKind, trajectory: str, sensors: str) 
         assert result.contacts[0].name == "bar"
 
 
+def test_arm_is_not_led_into_its_own_stops() -> None:
+    """A stop that pushes back is a contact that no label tells: such an attempt is drawn again."""
+    led = EpisodeSpec(kind="cooperation", seed=13782585983535, approach="axis", operator="abrupt", place="panda_link6")
+    q, robot = simulate(led).q, peg_arm()
+    assert q is not None
+    assert (q >= robot.lower).all()
+    assert (q <= robot.upper).all()
+
+
 def test_same_spec_is_the_same_recording() -> None:
     """What cannot be made again cannot be examined; sensors must not decide what the arm does, but what is seen."""
     first, second = simulate(QUICK), simulate(QUICK)

@@ -19,10 +19,10 @@ from tactful.errors import TactfulError
 
 Array = NDArray[np.float64]
 
-CONTEXTS = ("first", "in_collision")
-"""A model for the first contact, and one for what comes while a collision is there."""
+CONTEXTS = ("first", "after_collision")
+"""A model for the first contact, and one for what comes in a collision, or within a second of it."""
 
-FORMAT, VERSION = "tactful classifier", 1
+FORMAT, VERSION = "tactful classifier", 2
 _ARRAYS = ("knots", "values", "offset")
 
 

@@ -91,7 +91,7 @@ class LearnedClassifier:
         values = measured(onset, self.model.features)
         if values is None:
             return self.otherwise.classify(onset)
-        p = self.model.probability(values, int(onset.in_collision))
+        p = self.model.probability(values, int(onset.after_collision))
         kind = self.config.kind(p, last=not self._asked_again(onset))
         if kind is None:
             text = f"undecided: probability of cooperation {p:.3f}, told at once if sure by {self.config.sure:g}"
@@ -106,7 +106,7 @@ class LearnedClassifier:
     def _evidence(
         self, values: NDArray[np.float64], onset: Onset, p: float, kind: Literal["collision", "cooperation"]
     ) -> tuple[Evidence, ...]:
-        parts = self.model.contributions(values, int(onset.in_collision))
+        parts = self.model.contributions(values, int(onset.after_collision))
         sign = ">" if kind == "cooperation" else "<="
         text = f"{kind}: probability of cooperation {p:.3f} {sign} {self.config.threshold:g}"
         told = [Evidence("probability", p, self.config.threshold, text)]

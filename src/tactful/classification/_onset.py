@@ -26,6 +26,7 @@ class Onset:
         index: the sample at which the contact began, from the backward search.
         directions: which of x, y and z were detected (3,).
         in_collision: whether another contact, a collision, was there already.
+        after_collision: whether one was there in the last second.
         torque_change_nm: change of the external torque (n,), or wrench, that the fast detector saw; None in paper mode.
         mean_force_change_n: the force (3,) at the tip that it means, base axes [N]; None in paper mode.
         torque_covariance_nm2: covariance (n, n) of the noise in `torque_change_nm` [Nm^2]; None in paper mode.
@@ -48,6 +49,7 @@ class Onset:
     index: int
     directions: NDArray[np.bool_]
     in_collision: bool
+    after_collision: bool = False
     torque_change_nm: Array | None = None
     mean_force_change_n: Array | None = None
     torque_covariance_nm2: Array | None = None

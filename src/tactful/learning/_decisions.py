@@ -27,14 +27,14 @@ class Decision(Generic[T]):
         truth: what the contact is that it belongs to.
         contact: the recording and the number of that contact in it.
         operator: who touched the arm, as far as the recording says.
-        in_collision: whether a collision was there already; then it may be that collision once more.
+        after_collision: whether a collision was there in the last second; then it may be that collision once more.
         asks: what was taken from the onset each time the classifier was asked.
     """
 
     truth: Truth
     contact: tuple[str, int]
     operator: str | None
-    in_collision: bool
+    after_collision: bool
     asks: tuple[T, ...]
 
 
@@ -66,7 +66,7 @@ class _Oracle(Generic[T]):
             truth=truth,
             contact=(self._recording.source, number),
             operator=self._operator,
-            in_collision=onset.in_collision,
+            after_collision=onset.after_collision,
             asks=asks,
         )
         self.decisions.append(decision)

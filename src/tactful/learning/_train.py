@@ -224,7 +224,7 @@ def _rows(decisions: Sequence[Decision[Seen]], columns: list[int], groups: Group
     rows = Rows(
         x=np.array([seen.features[columns] for decision in decisions for seen in decision.asks]),
         cooperation=np.array([decision.truth == "cooperation" for decision in decisions])[owner],
-        context=np.array([int(decision.in_collision) for decision in decisions])[owner],
+        context=np.array([int(decision.after_collision) for decision in decisions])[owner],
         weight=np.array([1 / len(decision.asks) for decision in decisions])[owner],
         group=groups[owner],
     )

@@ -39,6 +39,8 @@ _BEFORE_S = 0.02
 """Time over which what was before a contact is averaged [s]."""
 _GUARD_S = 0.08
 """How long before the onset that time ends: the onset of a slow push is set where it has already risen a little [s]."""
+_AFTER_S = 1.0
+"""How long after a collision the arm is likely to touch the same thing again [s]."""
 _MARGIN_S = 0.2
 """How much longer than one and a half of the window that told it a contact may be there in fast mode [s]."""
 _PRIOR = np.array([20.0, 20.0, 20.0, 4.0, 4.0, 4.0]) ** 2
@@ -74,7 +76,7 @@ class Contacts:
         self.waiting: deque[ContactEvent] = deque()
         self._memory, self._config, self._classifier, self._locator = memory, config, classifier, locator
         self._count = 0
-        self._free_since_s = -np.inf
+        self._free_since_s = self._collision_until_s = -np.inf
         self._undecided: _Detection | None = None
 
     @property
@@ -117,6 +119,8 @@ class Contacts:
         ago = int(self._contact["ended_ago"]) if code == ENDED else 1
         end_s = float(self._memory.recent(ago + 1)["t"][0])
         ended = self._ended(end_s)
+        if ended.kind == "collision":
+            self._collision_until_s = end_s
         self.current, self._undecided = None, None
         self._free_since_s = end_s
         return ended
@@ -201,6 +205,7 @@ class Contacts:
         """Take the verdict on what came during a collision: another contact replaces it, or it goes on."""
         if verdict.kind == "cooperation":
             self.waiting.append(self._ended(detection.onset_s))
+            self._collision_until_s = detection.onset_s
             return self._begin(onset, detection, verdict)
         return self._grow(detection.directions, verdict)
 
@@ -339,6 +344,8 @@ class Contacts:
             index=min(index, len(rows) - 1),
             directions=directions,
             in_collision=collided,
+            after_collision=collided
+            or float(rows["t"][min(index, len(rows) - 1)]) - self._collision_until_s < _AFTER_S,
             torque_change_nm=change,
             mean_force_change_n=change_n,
             torque_covariance_nm2=covariance,

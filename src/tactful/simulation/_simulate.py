@@ -122,6 +122,9 @@ def _attempt(spec: EpisodeSpec, rng: np.random.Generator) -> EpisodeResult | Non
     if not _as_named(spec, contacts):
         return None
     recording = replace(cell.recording(), notes=(NOTE + spec.model_dump_json(),))
+    q = recording.q
+    if q is None or np.any((q < robot.lower) | (q > robot.upper)):  # its own stops touched it, and no label says so
+        return None
     tip = Dynamics(robot).pose(cell.q)[1]
     near = np.linalg.norm(tip[:2] - scene.hole_m[:2]) < 0.01
     return EpisodeResult(recording, contacts, bool(near and scene.hole_m[2] - tip[2] >= INSERTED_M))
