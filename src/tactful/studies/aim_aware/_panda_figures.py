@@ -15,7 +15,7 @@ from tactful.studies.aim_aware._panda_runs import ALPHA_DEG, DATA, MODEL, BenchR
 from tactful.studies.aim_aware._panda_summary import PUBLISHED, Figures
 from tactful.studies.aim_aware._targets import band_text
 
-_SHOWN_DEG = (0.0, 10.0)
+_SHOWN_DEG = (0.0, 4.0)
 _JOINTS = (1, 3, 5)
 """The joints that move in the plane of the approach."""
 
@@ -59,7 +59,7 @@ def _envelopes(figure: Any, report: BenchRuns, bench: BenchConfig) -> None:
     rows = figure.subplots(len(_SHOWN_DEG), len(_JOINTS), sharex="row")
     for axes, beta in zip(rows, _SHOWN_DEG, strict=True):
         case = int(np.argmin(np.abs(report.cases - [ALPHA_DEG[1], beta]).sum(axis=1)))
-        titles = tuple(f"joint {joint + 1}, β = {beta:g} deg" for joint in _JOINTS)
+        titles = tuple(f"joint {joint + 1}, β = {report.cases[case, 1]:g} deg" for joint in _JOINTS)
         draw_envelope(axes, report.runs[DATA][case], config, _JOINTS, titles, bench.cell.period_s)
     for ax in rows[-1]:
         ax.set_xlabel("time [s]")

@@ -117,11 +117,13 @@ def work(task: StrikeTask) -> tuple[list[LabelledImpact], ImpactPlan | None, flo
         t, q, dq, r = (np.ascontiguousarray(x[rows]) for x in (run.t, run.q, run.dq, run.r))
         name = f"alpha {task.alpha_deg:g} deg, beta {beta:g} deg"
         found.append(LabelledImpact(name, planned.impact, t, q, dq, r, run.touch_s, expected=False))
-        if task.use == "nominal":
-            if not len(run.detected_s):
-                raise TactfulError(f"bench: the nominal impact at {name} is not felt; lower r_b of the controller")
+        if task.use == "nominal" and len(run.detected_s):
             recordings.append(run.recording())
             impacts.append(float(run.detected_s[0]))
+    if task.use == "nominal" and not recordings:
+        raise TactfulError(
+            f"bench: no nominal impact at {task.alpha_deg:g} deg is felt: the controller's r_b is too high"
+        )
     plan = None
     if recordings:
         plan = ImpactPlan.from_recordings(recordings, impacts, contacts=planned.impact.contacts)
