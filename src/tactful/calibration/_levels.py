@@ -50,6 +50,8 @@ _UNSEEN_S = 1.5
 """Time over which motion sees one pose and speed, and nothing of the others [s]."""
 _FEW_S, _JERK_S = 2.5, 0.05
 """Time below which the upper end of the interval counts, for windows up to the second [s]."""
+_REST_RAD_S, _REST_S = 0.05, 0.3
+"""An arm whose joints are slower than this for so long stands still."""
 _NEVER = 1e9
 """A threshold that nothing reaches."""
 
@@ -110,9 +112,19 @@ def _levels(parts: Sequence[Free], config: MonitorConfig, settling_s: float) -> 
     levels = []
     for part in parts:
         monitor = Monitor(part.robot, config.model_copy(update={"observer": part.observer}))
-        levels.append(monitor.run(part.recording, trace=True).trace["level"][part.counts(settling_s)])
+        counts = part.counts(_settled_s(part.recording, settling_s))
+        levels.append(monitor.run(part.recording, trace=True).trace["level"][counts])
     if not sum(len(level) for level in levels):
         raise CalibrationError(
             parts[0].recording.source, "is too short for the detectors to settle: record 5 s or more"
         )
     return np.concatenate(levels)
+
+
+def _settled_s(recording: Recording, settling_s: float) -> float:
+    """Return how long a detector takes to settle [s]: less where the arm stands still, so that setting off counts."""
+    if recording.dq is None:
+        return settling_s
+    moves = np.flatnonzero(np.abs(recording.dq).max(axis=1) > _REST_RAD_S)
+    still_s = float(recording.t[moves[0]] - recording.t[0]) if len(moves) else settling_s
+    return min(settling_s, _REST_S) if still_s >= _REST_S else settling_s
