@@ -39,7 +39,7 @@ def draw(timeline: Timeline, path: str | Path | None) -> Any:
         force.set_ylabel("external force [N]")
         level.set_xlabel("time [s]" if start == 0 else f"time since {start:.6g} s [s]")
         level.set_xlim(0, float(t[-1]) or 1.0)
-        level.set_ylim(bottom=0)
+        level.set_ylim(bottom=0.1 if timeline.config.mode == "fast" else 0)
         for axes in (force, level) if timeline.config.mode == "paper" else (force,):
             axes.legend(
                 loc="upper right", ncols=3, framealpha=0.85, edgecolor="none", handlelength=1.2, columnspacing=1.0
@@ -63,6 +63,8 @@ def _levels(timeline: Timeline, axes: Any, t: NDArray[np.float64], level: NDArra
     """Draw what the detector looked at, against its threshold."""
     if timeline.config.mode == "fast":
         axes.plot(*_thinned(t, level[:, 0]), color="#5f6368", lw=0.9)
+        axes.set_yscale("log")
+        axes.yaxis.set_major_formatter("{x:g}")
         axes.set_ylabel("statistic / threshold")
         limits, unit = [1.0], ""
     else:
