@@ -22,15 +22,13 @@ from franky_sim.franka_robot_state import FrankaRobotState
 
 from tactful import Robot
 from tactful.dynamics import Dynamics
-from tactful.simulation import Box, Push, WorkCell
+from tactful.simulation import Box, CellConfig, Push, WorkCell
 from tests.live._scenes import Scene
 
 _HELD = np.array([600.0, 600.0, 600.0, 600.0, 250.0, 150.0, 50.0])  # [Nm/rad]
 _DAMPED = np.array([50.0, 50.0, 50.0, 50.0, 30.0, 25.0, 15.0])  # [Nms/rad]
 _HANDSHAKE_S, _STARVED_S = 0.02, 10.0
 """After this time without an answer a state is sent all the same: while a client connects, and later [s]."""
-REACH_M = 0.12
-"""How far along y the obstacle stands from the tip [m]."""
 
 
 class CellRobot(BaseRobot):  # type: ignore[misc]
@@ -97,14 +95,15 @@ def build(scene: Scene) -> WorkCell:
     tip = Dynamics(robot).pose(robot.home)[1]
     fixtures = []
     if scene.obstacle:
-        face = tip[1] + REACH_M
+        face = tip[1] + scene.reach_m
         top = tip[2] + 0.03
         fixtures = [Box(name="post", centre_m=(tip[0], face + 0.02, top / 2), size_m=(0.08, 0.04, top))]
     hands = []
     if scene.hand_s is not None:
         link = robot.link_names[-1]
         hands = [Push(link=link, force_n=(0.0, 18.0, 0.0), start_s=scene.hand_s, hold_s=0.3)]
-    return WorkCell(robot, fixtures, hands=hands)
+    config = CellConfig() if scene.contact_time_s is None else CellConfig(contact_time_s=scene.contact_time_s)
+    return WorkCell(robot, fixtures, hands=hands, config=config)
 
 
 def serve(host: str, scene: Scene) -> None:
