@@ -46,6 +46,7 @@ bench: $(DEV) ## measure speed against the stated bounds
 studies: $(DEV) ## run the experiments in simulation into build/studies (tens of minutes on two cores)
 	@$(BIN)/tactful study isolation --out build/studies/isolation
 	@$(BIN)/tactful study kinesthetic --out build/studies/kinesthetic
+	@$(BIN)/tactful study teaching --out build/studies/teaching
 	@$(BIN)/tactful study reactions --out build/studies/reactions
 	@$(BIN)/tactful study aim-aware --out build/studies/aim-aware
 	@$(BIN)/tactful study aim-aware --robot panda --out build/studies/aim-aware

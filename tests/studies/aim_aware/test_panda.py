@@ -83,7 +83,7 @@ def test_runs_on_a_dask_cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr(_panda_summary, "WANTED", {"wide": (0.0, 8.0)})
     shares: list[float] = []
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as cluster:
         found = panda_study(tmp_path, scheduler=cluster.scheduler_address, progress=shares.append)
     alone = json.loads((study / "summary.json").read_text(encoding="utf-8"))["panda"]

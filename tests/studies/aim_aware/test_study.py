@@ -91,7 +91,7 @@ def test_runs_on_a_dask_cluster(tmp_path: Path) -> None:
     with (
         pytest.MonkeyPatch.context() as patch,
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+            n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
         ) as cluster,
     ):
         for name in ("training", "held_out", "paper_grid"):

@@ -65,7 +65,7 @@ def test_runs_on_a_dask_cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     distributed = pytest.importorskip("distributed")
     make_tiny(monkeypatch)
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as cluster:
         shares: list[float] = []
         summary = kinesthetic_study(tmp_path, episodes=9, scheduler=cluster.scheduler_address, progress=shares.append)
