@@ -126,8 +126,7 @@ def train(
     held = [log_odds[owner == number] for number in range(len(decisions))]
     tried = [_HeldOut.of(held, decisions, first, config.model_copy(update={"threshold": t})) for t in candidates]
     best = min(range(len(tried)), key=lambda number: tried[number].loss)
-    told, figures = tried[best].told, tried[best].figures
-    right = {id(d): kind == d.truth for d, (kind, _) in zip(decisions, told, strict=True)}
+    told, right, figures = tried[best].told, tried[best].right, tried[best].figures
     operators = sorted({d.operator for d in decisions if d.operator is not None})
     per_operator = {name: _share([right[id(d)] for d in first if d.operator == name]) for name in operators}
     about = {
@@ -159,6 +158,7 @@ class _HeldOut:
     """What a threshold makes of the decisions that were held out."""
 
     told: list[tuple[str, float]]
+    right: Mapping[int, bool]
     figures: Mapping[str, Share]
 
     @property
@@ -181,6 +181,7 @@ class _HeldOut:
                 spurious[decision.contact] = spurious.get(decision.contact, False) or kind == "cooperation"
         return cls(
             told,
+            right,
             {
                 "accuracy": _share([right[id(d)] for d in first]),
                 "specificity": _share([right[id(d)] for d in first if d.truth == "collision"]),
