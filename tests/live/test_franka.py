@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import socket
 import subprocess
 import sys
@@ -178,6 +179,21 @@ def test_lost_arm_is_found_again() -> None:
     assert np.diff(stamps).min() > 0
     assert report.degraded
     assert len(stamps) > 1500
+
+
+def test_priority_is_not_inherited() -> None:
+    """Libfranka gives the loop the highest real-time priority: threads and programs that it starts go without it."""
+    with serve("127.0.81.8", Scene()) as arm:
+        source = open_source(f"franka://{arm.host}", CONFIG)
+        source.open()
+        found: list[int] = []
+        thread = threading.Thread(target=lambda: found.append(os.sched_getscheduler(0)))
+        thread.start()
+        thread.join()
+        asks = [sys.executable, "-c", "import os; print(os.sched_getscheduler(0))"]
+        found.append(int(subprocess.run(asks, capture_output=True, text=True, check=True).stdout))
+        source.close()
+    assert found == [os.SCHED_OTHER, os.SCHED_OTHER]
 
 
 def test_nobody_there_is_told_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import threading
 from contextlib import suppress
 from typing import Any
 
@@ -48,6 +50,7 @@ class FrankaSource(Source):
         self.commanded, self.config = settings.react, settings.config
         self._robot: Any = None
         self._control: Any = None
+        self._priority: _Priority | None = None
         self._tau = [0.0] * 7
         self._start: Pose | None = None
         self._q: ArrayLike | None = None
@@ -60,8 +63,10 @@ class FrankaSource(Source):
         """
         knock(self.name, self._host, _PORT, "check the address and that FCI is active")
         franka = self._franka
+        self._priority = _Priority()
         try:
             self._robot = franka.Robot(self._host, franka.RealtimeConfig.kIgnore)
+            self._priority.keep_to_thread()
             state = self._robot.read_once()
             if self.commanded:
                 if state.robot_mode != franka.RobotMode.Idle:
@@ -119,6 +124,33 @@ class FrankaSource(Source):
             with suppress(self._franka.FrankaException, RuntimeError):  # it has stopped already
                 self._control.writeOnce(last)
         self._control = self._robot = None
+        if self._priority is not None:
+            self._priority.restore()
+
+
+class _Priority:
+    """What the scheduler does for this thread.
+
+    libfranka raises it to the highest real-time priority, for good. What the thread starts from then on (a recorder, a
+    page, any other program) would inherit that and could keep the loop, and the machine, from going on.
+    """
+
+    def __init__(self) -> None:
+        self._thread = threading.get_native_id()
+        self._before = os.sched_getscheduler(0), os.sched_getparam(0)
+
+    def keep_to_thread(self) -> None:
+        """Let what this thread starts begin without it."""
+        with suppress(OSError):  # a system that does not allow it has not raised it either
+            os.sched_setscheduler(0, os.sched_getscheduler(0) | os.SCHED_RESET_ON_FORK, os.sched_getparam(0))
+
+    def restore(self) -> None:
+        """Take it back; the thread may have ended."""
+        policy, parameter = self._before
+        for flag in (0, os.SCHED_RESET_ON_FORK):  # only the privileged may drop the flag
+            with suppress(OSError):
+                os.sched_setscheduler(self._thread, policy | flag, parameter)
+                return
 
 
 def create(name: str, address: str, settings: Settings) -> Source:
