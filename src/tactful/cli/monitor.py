@@ -2,13 +2,14 @@
 
 import json
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 from rich.console import Console
+from rich.padding import Padding
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
@@ -156,7 +157,7 @@ def _print_table(timeline: "Timeline") -> None:
     if not len(timeline):
         console.print("no contact", style="green")
     else:
-        console.print(_table(timeline))
+        _print_contacts(timeline, console)
     if timeline.health.degraded:
         console.print(f"degraded: {timeline.health}", style="yellow", highlight=False)
     else:
@@ -185,35 +186,50 @@ def _print_bias(timeline: "Timeline", console: Console) -> None:
         )
 
 
-def _table(timeline: "Timeline") -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for heading in ("onset [s]", "detected", "lasts [s]"):
-        table.add_column(Text(heading), justify="right")
-    table.add_column("kind")
-    table.add_column("sure", justify="right")
-    table.add_column(Text("force [N]"), justify="right")
-    table.add_column("where")
-    table.add_column("why")
-    for event in timeline:
-        table.add_row(*_cells(event))
-    return table
+_HEADINGS = ("onset [s]", "detected", "lasts [s]", "kind", "sure", "force [N]", "where")
+_LEFT = ("kind", "where")
 
 
-def _cells(event: "ContactEvent") -> tuple[str | Text, ...]:
-    why = event.evidence[0].text if event.evidence else ""
-    why = why.partition(": ")[2] or why
-    if event.reason is not None and event.reason not in why:
-        why = f"{event.reason}: {why}"
+def _print_contacts(timeline: "Timeline", console: Console) -> None:
+    """Print a line for each contact, and below it what decided."""
+    rows = [_cells(event) for event in timeline]
+    widths = [max(map(len, column)) for column in zip(_HEADINGS, *rows, strict=True)]
+    console.print(_line(_HEADINGS, widths), style="dim", soft_wrap=True)
+    for event, row in zip(timeline, rows, strict=True):
+        line = _line(row, widths)
+        line.highlight_words([event.kind.replace("_", " ")], KIND_STYLES[event.kind])
+        console.print(line, highlight=False, soft_wrap=True)
+        console.print(Padding(Text(_why(event), style="dim"), (0, 0, 0, widths[0] + 1)))
+    if any(event.damped for event in timeline):
+        console.print("* near a singularity: the force may be too small", style="dim", highlight=False)
+
+
+def _line(cells: Sequence[str], widths: Sequence[int]) -> Text:
+    parts = [
+        cell.ljust(width) if heading in _LEFT else cell.rjust(width)
+        for heading, cell, width in zip(_HEADINGS, cells, widths, strict=True)
+    ]
+    return Text("  ".join(parts).rstrip())
+
+
+def _cells(event: "ContactEvent") -> tuple[str, ...]:
     return (
         f"{event.onset_s:.3f}",
         f"+{(event.detected_s - event.onset_s) * 1e3:.0f} ms",
         "still" if event.end_s is None else f"{event.end_s - event.onset_s:.2f}",
-        Text(event.kind.replace("_", " "), style=KIND_STYLES[event.kind]),
+        event.kind.replace("_", " "),
         f"{event.confidence:.2f}",
         f"{event.peak_force_n:.1f}" + ("*" if event.damped else ""),
         _where(event),
-        Text(why),
     )
+
+
+def _why(event: "ContactEvent") -> str:
+    """Say which rule decided, and what counted most."""
+    said = [evidence.text for evidence in event.evidence[:2]]
+    said[:1] = [text.partition(": ")[2] or text for text in said[:1]]
+    why = "; ".join(said)
+    return f"{event.reason}: {why}" if event.reason is not None and event.reason not in why else why
 
 
 def _where(event: "ContactEvent") -> str:
