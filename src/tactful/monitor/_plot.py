@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _AXIS_COLOURS = ("#c0392b", "#2c7a4b", "#2456a6")
 _COLUMNS = 4000
+_DASHES = (0, (4, 3))
 
 
 def draw(timeline: Timeline, path: str | Path | None) -> Any:
@@ -41,9 +42,7 @@ def draw(timeline: Timeline, path: str | Path | None) -> Any:
         level.set_xlim(0, float(t[-1]) or 1.0)
         level.set_ylim(bottom=0.1 if timeline.config.mode == "fast" else 0)
         for axes in (force, level) if timeline.config.mode == "paper" else (force,):
-            axes.legend(
-                loc="upper right", ncols=3, framealpha=0.85, edgecolor="none", handlelength=1.2, columnspacing=1.0
-            )
+            axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, handlelength=1.2)
         strip.set_axis_off()
         strip.set_ylim(0, 1)
         name = Path(timeline.source).name
@@ -66,16 +65,24 @@ def _levels(timeline: Timeline, axes: Any, t: NDArray[np.float64], level: NDArra
         axes.set_yscale("log")
         axes.yaxis.set_major_formatter("{x:g}")
         axes.set_ylabel("statistic / threshold")
-        limits, unit = [1.0], ""
-    else:
-        for i, (axis, colour) in enumerate(zip(AXES, _AXIS_COLOURS, strict=True)):
-            axes.plot(*_thinned(t, level[:, i]), color=colour, lw=0.9, label=rf"$\hat F_\omega^{axis}$")
-        low, high = timeline.config.frequency.band_hz
-        axes.set_ylabel(f"level, {low:.3g}–{high:.3g} Hz [N]")
-        limits, unit = sorted(set(thresholds(timeline.config.frequency))), " N"
-    for limit in limits:
-        axes.axhline(limit, color="#202124", lw=0.9, ls=(0, (4, 3)))
-        axes.text(1.0, limit, f" {limit:g}{unit}", transform=axes.get_yaxis_transform(), va="center", color="#202124")
+        _limit(axes, 1.0, "")
+        return
+    limits = thresholds(timeline.config.frequency)
+    alike = len(set(limits)) == 1
+    for i, (axis, colour, limit) in enumerate(zip(AXES, _AXIS_COLOURS, limits, strict=True)):
+        name = rf"$\hat F_\omega^{axis}$"
+        axes.plot(*_thinned(t, level[:, i]), color=colour, lw=0.9, label=name if alike else f"{name}, {limit:.2g} N")
+        if not alike:
+            axes.axhline(limit, color=colour, lw=0.9, ls=_DASHES)
+    if alike:
+        _limit(axes, limits[0], " N")
+    low, high = timeline.config.frequency.band_hz
+    axes.set_ylabel(f"level, {low:.3g}–{high:.3g} Hz [N]")
+
+
+def _limit(axes: Any, limit: float, unit: str) -> None:
+    axes.axhline(limit, color="#202124", lw=0.9, ls=_DASHES)
+    axes.text(1.0, limit, f" {limit:g}{unit}", transform=axes.get_yaxis_transform(), va="center", color="#202124")
 
 
 def _bands(timeline: Timeline, axes: tuple[Any, Any, Any], start: float, duration: float) -> None:
