@@ -35,6 +35,16 @@ def test_demo_shows_truth_and_verdict_and_says_what_is_next(
     assert main(["monitor", str(out / "demo.csv"), "--config", str(out / "monitor.toml")]) == 0
 
 
+def test_demo_without_mujoco_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What cannot run says so in one line, before it has written anything."""
+    monkeypatch.setattr("tactful.cli.demo.find_spec", lambda name: None)
+    assert main(["demo", "--out", str(tmp_path / "new")]) == 2
+    assert capsys.readouterr().err.strip() == 'tactful: the demo needs MuJoCo: pip install "tactful[mujoco]"'
+    assert not (tmp_path / "new").exists()
+
+
 def test_recording_gives_the_same_contacts_as_the_live_run(tmp_path: Path) -> None:
     """What was seen while the arm ran has to be found again in its recording, number by number."""
     episode = collision_and_help(np.random.default_rng(2))

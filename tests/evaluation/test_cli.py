@@ -119,7 +119,7 @@ def test_other_bad_input(folder: Path, tmp_path: Path, capsys: pytest.CaptureFix
         assert err.count("\n") == 1
         return err
 
-    assert "holds no recording: they end in .csv" in refused(str(tmp_path))
+    assert "holds no recording: they end in .bag, .csv" in refused(str(tmp_path))
     assert "which arm was recorded? Name it: --robot" in refused(str(folder))
     assert "whole numbers from 0 on" in refused(str(folder), "--inject", "-1")
     hit = str(folder / "hit.csv")

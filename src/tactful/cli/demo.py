@@ -47,6 +47,8 @@ def demo(*, out: Path = Path("tactful-demo"), seed: int = 0, impact: bool = Fals
         raise TactfulError(f"--seed is {seed}: it is a whole number from 0 on")
     if impact:
         return demo_impact(out, seed)
+    if find_spec("mujoco") is None:
+        raise TactfulError('the demo needs MuJoCo: pip install "tactful[mujoco]"')
     out.mkdir(parents=True, exist_ok=True)
     console = Console(highlight=False)
     with console.status("building the cell; the first time ever, kernels are compiled for about 30 s"):

@@ -9,14 +9,15 @@ from pathlib import Path
 
 from tactful.evaluation._errors import EvaluationError
 
-_SUFFIXES = (".csv", ".csv.gz", ".json", ".npz", ".parquet", ".tsv")
+_SUFFIXES = (".bag", ".csv", ".csv.gz", ".db3", ".json", ".mcap", ".npz", ".parquet", ".tsv")
 _LABELS, _SIDECAR = "labels.json", ".labels.json"
 
 
 def find_recordings(paths: Iterable[str | Path]) -> tuple[Path, ...]:
     """Return the files that are named, and those in the folders that are named, and in theirs, by name.
 
-    In a folder, recordings end in .csv, .csv.gz, .tsv, .parquet, .npz or .json. Hidden files are left out.
+    In a folder, recordings are told by their suffix: .csv, .csv.gz, .tsv, .parquet, .npz, .json, .mcap, .db3 or .bag.
+    Hidden files are left out.
 
     Raises:
         EvaluationError: a folder is not there or holds no recording, or its labels are of one that is not there.
