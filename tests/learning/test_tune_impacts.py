@@ -114,6 +114,17 @@ def test_command_line_simulates(
     assert config.aim_aware.tilt_deg == pytest.approx(3.15, abs=0.1)
 
 
+def test_says_what_the_tilt_would_change() -> None:
+    """Who cannot keep others out by the paper's conditions, as with friction, has to learn what would."""
+    offsets = np.linspace(-0.4, 0.4, 17)
+    runs = [made(float(x), tilt_rad=0.1 * float(x)) for x in offsets]
+    config = tune_impacts(RUNS, trials=4).config.model_copy(update={"e_m_rad_s": 0.5})
+    said = _tune_aim_aware._with_tilt(config, runs, runs)
+    assert "0 of 12 others would be accepted and 0 of 5 expected ones refused" in said
+    bare = [replace(run, plan=replace(PLAN, turn=None)) for run in runs]
+    assert "contact points" in _tune_aim_aware._with_tilt(config, bare, bare)
+
+
 def test_a_recording_becomes_what_the_monitor_sees() -> None:
     """The residual, the label and the window are those of the recording."""
     run = simulate_impact(90.0, 0.3, 0.0)

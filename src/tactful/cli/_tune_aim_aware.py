@@ -11,6 +11,10 @@ from rich.table import Table
 from tactful.errors import TactfulError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from tactful.classification import AimAwareConfig
     from tactful.learning import ImpactTuning, LabelledImpact
     from tactful.monitor import MonitorConfig
 
@@ -192,6 +196,26 @@ def _report(
         console.print(f"{text}; at most {100 * bound:.2g} % at {100 * confidence:g} % confidence", soft_wrap=True)
         for i in [i for i in rows if wrong[i]][:_SHOWN]:
             console.print(f"  {verb}: {held_out[i].name}", soft_wrap=True)
-    knows = all(run.plan.turn is not None for run in held_out)
-    if knows and config.tilt_deg is None and accepted[[not run.expected for run in held_out]].any():
-        console.print("with --tilt, the rotation of the tool is judged, too", soft_wrap=True)
+    if config.tilt_deg is None and (tuning.accepted_outside > 0 or (accepted & ~_expected(held_out)).any()):
+        console.print(_with_tilt(config, learn, held_out), soft_wrap=True)
+
+
+def _with_tilt(config: "AimAwareConfig", learn: "list[LabelledImpact]", held_out: "list[LabelledImpact]") -> str:
+    """Say what judging the tilt of the tool would change."""
+    from tactful.learning import Judged, thresholds_for
+
+    if any(run.plan.turn is None for run in (*learn, *held_out)):
+        return "plans with contact points could be tuned with --tilt: the rotation of the tool tells them, too"
+    thresholds = thresholds_for(Judged.of(learn, config), _expected(learn), tilt=True)
+    assert thresholds is not None
+    sharper = config.model_copy(update=thresholds)
+    accepted, expected = Judged.of(held_out, sharper).accepted(sharper), _expected(held_out)
+    others = f"{(accepted & ~expected).sum()} of {(~expected).sum()} others would be accepted"
+    refused = f"{(~accepted & expected).sum()} of {expected.sum()} expected ones refused"
+    return f"with --tilt, where the rotation of the tool is judged, too: held out, {others} and {refused}"
+
+
+def _expected(runs: "list[LabelledImpact]") -> "NDArray[np.bool_]":
+    import numpy as np
+
+    return np.array([run.expected for run in runs], dtype=bool)

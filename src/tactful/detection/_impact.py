@@ -90,9 +90,11 @@ def detect(detector: Any, dt: float, r: Array) -> bool:
 
 
 @njit(cache=True)
-def _run(detector: Any, dt: Array, r: Array, impact: NDArray[np.bool_]) -> None:
+def _run(detector: Any, dt: Array, r: Array, impact: NDArray[np.bool_], rate: Array) -> None:
     for k in range(dt.shape[0]):
         impact[k] = detect(detector, dt[k], r[k])
+        for i in range(r.shape[1]):
+            rate[k, i] = detector.rate[i]
 
 
 class ImpactDetector:
@@ -139,6 +141,10 @@ class ImpactDetector:
         Raises:
             TactfulError: if the shapes do not fit or the time does not increase.
         """
+        return self.trace(t, r)[0]
+
+    def trace(self, t: ArrayLike, r: ArrayLike) -> tuple[NDArray[np.bool_], Array]:
+        """Take residuals as `run` does, and return which samples are impacts (k,), and the rates dr (k, n) [Nm/s]."""
         time, residual = np.asarray(t, dtype=np.float64), np.require(r, np.float64, ["C", "W"])
         shape = (time.size, self._detector["r"].shape[1])
         if time.ndim != 1 or residual.shape != shape:
@@ -147,10 +153,10 @@ class ImpactDetector:
         if not np.all(dt > 0):
             k = int(np.argmin(dt > 0))
             raise TactfulError(f"t does not increase at sample {k}, {time[k]} s: leave it out, or reset the detector")
-        impact = np.empty(len(time), dtype=np.bool_)
-        _run(self._detector[0], dt, residual, impact)
+        impact, rate = np.empty(len(time), dtype=np.bool_), np.empty(shape)
+        _run(self._detector[0], dt, residual, impact, rate)
         self._t = float(time[-1]) if len(time) else self._t
-        return impact
+        return impact, rate
 
     def reset(self) -> None:
         """Begin anew with the next sample, whatever its time."""

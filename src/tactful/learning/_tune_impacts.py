@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactful.classification import AimAwareConfig
+from tactful.detection import ImpactConfig, ImpactDetector
 from tactful.errors import TactfulError
 from tactful.learning._errors import LearningError
 from tactful.learning._impacts import THRESHOLDS, Judged, LabelledImpact
@@ -54,17 +55,22 @@ class ImpactRates:
     weakest: float
 
     @classmethod
-    def of(cls, runs: Sequence[LabelledImpact]) -> ImpactRates:
+    def of(cls, runs: Sequence[LabelledImpact], impact: ImpactConfig | None = None) -> ImpactRates:
         """Measure them on runs of which it is known when they touch.
+
+        Args:
+            runs: impacts of both kinds.
+            impact: how the rate is formed.
 
         Raises:
             LearningError: if no run is expected, or the weakest expected impact is not told from noise.
         """
         noise, peaks = np.zeros(runs[0].plan.n), []
         for run in runs:
-            rate = np.abs(np.diff(run.r, axis=0) / np.diff(run.t)[:, None])  # (N - 1, n)
-            before = run.t[1:] < run.touch_s - _NOISE_UNTIL_S
-            here = (run.t[1:] >= run.touch_s) & (run.t[1:] <= run.touch_s + _PEAK_WITHIN_S)
+            detector = ImpactDetector(run.plan.n, ImpactConfig(bandpass_hz=impact and impact.bandpass_hz))
+            rate = np.abs(detector.trace(run.t, run.r)[1])  # (N, n)
+            before = run.t < run.touch_s - _NOISE_UNTIL_S
+            here = (run.t >= run.touch_s) & (run.t <= run.touch_s + _PEAK_WITHIN_S)
             noise = np.maximum(noise, rate[before].max(axis=0, initial=0.0))
             if run.expected:
                 peaks.append(rate[here].max(axis=0, initial=0.0))
@@ -79,9 +85,8 @@ class ImpactRates:
                 return cls(np.where(used, usual, np.inf), float(hidden.max()), weakest)
             if used.sum() == 1:
                 problem = f"{weakest:.3g} against {hidden.max():.3g} of the usual rate of r"
-                raise LearningError(
-                    f"the weakest expected impact is not told from noise: {problem}; change bandwidth_hz"
-                )
+                remedy = "set aim_aware.impact.bandpass_hz, to 30 Hz say, or another aim_aware.bandwidth_hz"
+                raise LearningError(f"the weakest expected impact is not told from noise: {problem}; {remedy}")
             used[int(np.argmax(hidden))] = False
 
     def between(self, share: float) -> tuple[float, ...]:
@@ -173,7 +178,8 @@ def tune_impacts(
     expected = np.array([run.expected for run in runs], dtype=bool)
     if expected.all() or not expected.any():
         raise LearningError(f"{expected.sum()} of {len(runs)} impacts are expected: give some that are, and others")
-    start, rates = base or AimAwareConfig(), ImpactRates.of(runs) if place_r_b else None
+    start = base or AimAwareConfig()
+    rates = ImpactRates.of(runs, start.impact) if place_r_b else None
     found: dict[int, tuple[AimAwareConfig, Judged]] = {}
 
     def attempt(trial: Any) -> float:
