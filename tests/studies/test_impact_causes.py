@@ -43,6 +43,9 @@ def test_too_few_runs(tmp_path: Path) -> None:
     """A model of three runs would be noise."""
     with pytest.raises(TactfulError, match="learn from at least 10"):
         impact_causes_study(tmp_path, learn=2, test=1)
+    for options in ({"learn": 0}, {"test": 0}, {"seed": -1}):
+        with pytest.raises(TactfulError, match="seed from 0 on"):
+            impact_causes_study(tmp_path, **options)
 
 
 def test_the_shipped_model_tells_other_runs() -> None:

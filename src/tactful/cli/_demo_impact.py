@@ -29,6 +29,7 @@ def demo_impact(out: Path, seed: int) -> int:
     from tactful.simulation.planar import PlanarConfig, planar_robot, simulate_impact
     from tactful.studies.impact_causes import CONFIG, planar_causes
 
+    out.mkdir(parents=True, exist_ok=True)
     console = Console(highlight=False)
     rng = np.random.default_rng(seed)
     alpha_deg, x_m = float(rng.uniform(75, 105)), float(rng.uniform(0.25, 0.35))
@@ -65,7 +66,6 @@ def demo_impact(out: Path, seed: int) -> int:
     console.print()
     console.print(table)
     console.print(f"[dim]both impacts monitored in {time.perf_counter() - begin:.1f} s, one sample at a time[/dim]\n")
-    out.mkdir(parents=True, exist_ok=True)
     try:
         _draw(runs, CONFIG, planar, out / "impact.png")
     except TactfulError as error:

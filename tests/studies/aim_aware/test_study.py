@@ -81,6 +81,20 @@ def test_bad_input(tmp_path: Path) -> None:
         aim_aware_study(tmp_path, jobs=0)
 
 
+@pytest.mark.parametrize(
+    "arguments", [["study", "aim-aware"], ["study", "aim-aware", "--robot", "panda"], ["demo", "--impact"]]
+)
+def test_a_place_that_is_no_folder(arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It is told before the minutes of work, not after them."""
+    file = tmp_path / "file"
+    file.touch()
+    assert main([*arguments, "--out", str(file)]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.count("\n") == 1
+    assert "File exists" in shown.err
+
+
 @pytest.mark.timeout(600)
 def test_runs_on_a_dask_cluster(tmp_path: Path) -> None:
     """A real scheduler and two workers on loopback: what goes there and back has to survive it."""

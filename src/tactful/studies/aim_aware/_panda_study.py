@@ -47,10 +47,10 @@ def panda_study(
         TactfulError: if a number is out of range, the scheduler does not answer, or an extra is missing.
     """
     config = bench or BenchConfig()
+    out.mkdir(parents=True, exist_ok=True)
     before = earlier(out)
     with connected(scheduler) as client:
         figures, report, evidence = summarise_bench(config, seed, jobs, client, progress)
-    out.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(out / "evidence_panda.npz", allow_pickle=False, **evidence)
     bench_pictures(figures, report, config, out)
     write(out, {**before, "panda": figures})

@@ -50,11 +50,11 @@ def aim_aware_study(
         TactfulError: if a number is out of range, the scheduler does not answer, or matplotlib or optuna is missing.
     """
     config = planar or PlanarConfig()
+    out.mkdir(parents=True, exist_ok=True)
     beside = {name: block for name, block in earlier(out).items() if name == "panda"}
     with connected(scheduler) as client:
         summary, evidence = summarise(grid, config, seed, jobs, client, progress)
     summary |= beside
-    out.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(out / "evidence.npz", allow_pickle=False, **evidence)
     pictures(summary, config, out)
     write(out, summary)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tactful.classification import ImpactCause, ImpactCauses, impact_features
+from tactful.errors import TactfulError
 from tactful.evaluation import Share
 from tactful.simulation.planar import SensorsConfig, planar_robot
 from tactful.studies.impact_causes._causes import TASKS, Cause, Parts, Task
@@ -54,8 +55,11 @@ def impact_causes_study(
         progress: called with the share that is done.
 
     Raises:
-        TactfulError: if there are too few runs to learn from.
+        TactfulError: if there are too few runs to learn from or to measure on, or the seed is negative.
     """
+    if learn < 2 or test < 1 or seed < 0:
+        problem = "learn from some runs of each cause, measure on at least one, and take a seed from 0 on"
+        raise TactfulError(f"learn is {learn}, test {test} and seed {seed}: {problem}")
     rng = np.random.default_rng(seed)
     total = sum(len(task.causes) for task in TASKS.values()) * (learn + 2 * test) + len(_HELD) * test
     done = 0
