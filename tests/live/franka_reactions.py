@@ -33,7 +33,7 @@ def collide(number: int, policy: str) -> tuple[float, float]:
     start = Pose(*Dynamics(robot).pose(robot.home))
     there = Pose(start.rotation, start.position_m + np.array([0.0, _WAY_M, 0.0]))
     plan = MinimumJerkPath([(_START_S, start), (_START_S + way_s, there)])
-    with serve("_franka_server", "127.0.82.1", scene) as arm:
+    with serve("_franka_server", scene) as arm:
         source = open_source(f"franka://{arm.host}", CONFIG, react=True)
         session = Session(source, policy=load_policy(policy), plan=plan.pose)
         session.open()

@@ -95,8 +95,8 @@ def test_torn_file_is_read_up_to_the_tear(tmp_path: Path, cut: int) -> None:
     recorder.follow(feed, {})
     for k in range(1500):
         feed.put(Sample(0.001 * k, np.full(7, k), np.zeros(7), np.zeros(7)), None)
-        if k % 500 == 499:
-            time.sleep(0.35)  # three batches at least
+        while k % 500 == 499 and path.stat().st_size < 22 * 8 * k:  # three batches at least
+            time.sleep(0.01)
     whole = path.read_bytes()
     path.with_suffix(".copy").write_bytes(whole[:-cut])
     recording = Recording.read(path.with_suffix(".copy"))

@@ -31,7 +31,8 @@ pytestmark = [
 
 PANDA = Robot.load("panda")
 CONFIG = MonitorConfig(robot={"model": "panda"}, noise={"velocity_rad_s": 0.001, "torque_nm": 0.05, "model_nm": 0.2})
-DOMAIN = 83
+DOMAIN = 1 + os.getpid() % 100
+"""Of this run alone, so that another on the same machine does not join in."""
 FINGERS = ["panda_finger_joint1", "panda_finger_joint2"]
 
 

@@ -14,6 +14,7 @@ from tactful import MonitorConfig, Recording
 from tactful.cli._app import main
 from tactful.live import Recorder, Session, SourceError, open_source
 from tests._counterparts import missing
+from tests.live import _served
 from tests.live._scenes import Scene
 from tests.live._served import Served, serve
 
@@ -29,10 +30,10 @@ def _client() -> None:
 
 
 @contextmanager
-def running(host: str, scene: Scene) -> Iterator[tuple[Served, Session]]:
+def running(scene: Scene) -> Iterator[tuple[Served, Session]]:
     """Serve an arm and connect to it; from then on a packet comes when it is granted, as one is at the end."""
-    with serve("_rtde_server", host, scene) as arm:
-        session = Session(open_source(f"ur://{host}", CONFIG), reconnect_s=1.0)
+    with serve("_rtde_server", scene) as arm:
+        session = Session(open_source(f"ur://{arm.host}", CONFIG), reconnect_s=1.0)
         session.open()
         last = arm.get_in_step()["in_step"]
         while session.source.read().t < last:
@@ -43,7 +44,7 @@ def running(host: str, scene: Scene) -> Iterator[tuple[Served, Session]]:
 
 def test_a_minute_of_packets_is_processed() -> None:
     """60 s of the robot's time at 500 Hz: every packet once through the monitor, none skipped, none twice."""
-    with running("127.0.83.1", Scene()) as (arm, session):
+    with running(Scene()) as (arm, session):
         assert session.source.rate_hz == 500.0
         stamps = []
         for step in session.steps(60.0):
@@ -58,7 +59,7 @@ def test_a_minute_of_packets_is_processed() -> None:
 def test_push_is_told_in_its_sample(tmp_path: Path) -> None:
     """A hand: torques by the motors' currents, the event with the packet in which the detector fires."""
     path = tmp_path / "push.parquet"
-    with running("127.0.83.2", Scene(hand_s=2.0)) as (arm, session):
+    with running(Scene(hand_s=2.0)) as (arm, session):
         recorder = Recorder(path)
         session.on_feed.append(lambda feed: recorder.follow(feed, {}))
         told = []
@@ -78,8 +79,8 @@ def test_push_is_told_in_its_sample(tmp_path: Path) -> None:
 def test_lost_controller_ends_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The controller is switched off: one line, exit code 1, the recording kept."""
     path = tmp_path / "cut.parquet"
-    with serve("_rtde_server", "127.0.83.3", Scene(die_after=600)):
-        words = ["live", "--source", "ur://127.0.83.3", "--robot", "ur5e", "--record", str(path)]
+    with serve("_rtde_server", Scene(die_after=600)) as arm:
+        words = ["live", "--source", f"ur://{arm.host}", "--robot", "ur5e", "--record", str(path)]
         assert main(words) == 1
     said = capsys.readouterr().err
     (line,) = [line for line in said.splitlines() if "before its time" in line]
@@ -89,19 +90,20 @@ def test_lost_controller_ends_the_run(tmp_path: Path, capsys: pytest.CaptureFixt
 
 def test_nobody_there_is_told_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     """A wrong address is the commonest mistake."""
-    assert main(["live", "--source", "ur://127.0.83.99", "--robot", "ur5e"]) == 2
+    host = _served.address()
+    assert main(["live", "--source", f"ur://{host}", "--robot", "ur5e"]) == 2
     assert capsys.readouterr().err.strip() == (
-        "tactful: ur://127.0.83.99: no arm at 127.0.83.99, port 30004: Connection refused; check the address"
+        f"tactful: ur://{host}: no arm at {host}, port 30004: Connection refused; check the address"
     )
 
 
 @pytest.mark.parametrize(
     ("address", "model", "message"),
     [
-        ("ur://127.0.83.1", None, "which arm is it"),
-        ("ur://127.0.83.1", "panda", "gives 6 joints, but panda has 7"),
-        ("ur://127.0.83.1?nm_a=1,2", "ur5e", "give six numbers"),
-        ("ur://127.0.83.1?gain=1", "ur5e", "unknown option 'gain'"),
+        ("ur://127.0.0.1", None, "which arm is it"),
+        ("ur://127.0.0.1", "panda", "gives 6 joints, but panda has 7"),
+        ("ur://127.0.0.1?nm_a=1,2", "ur5e", "give six numbers"),
+        ("ur://127.0.0.1?gain=1", "ur5e", "unknown option 'gain'"),
         ("ur://", "ur5e", "no arm is named"),
     ],
 )

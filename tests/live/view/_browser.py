@@ -36,16 +36,14 @@ _FLAGS = [
 _REMARK = "Unable to preventDefault inside passive event listener"
 """What Chromium remarks on the mouse over viser's own canvas; nothing is wrong then."""
 _START_S, _WAIT_MS = 300.0, 120_000
-_END_S = 900
-"""After this time a command is ended, even if its test could not."""
 SHOTS = os.environ.get("TACTFUL_SHOTS")
 
 
 @contextmanager
 def served(*arguments: str, folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """Run `tactful live ... --view`, and yield the process and the address of its page; Ctrl-C ends it."""
-    ending = ["timeout", "--signal=INT", "--kill-after=30", str(_END_S)]
-    command = [*ending, sys.executable, "-m", "tactful", "live", *arguments, "--view", "--port", "0", "--json"]
+    with_us = ["setpriv", "--pdeathsig", "KILL"]  # whatever ends the tests, the command ends, too
+    command = [*with_us, sys.executable, "-m", "tactful", "live", *arguments, "--view", "--port", "0", "--json"]
     told = folder / "stderr"
     with told.open("w") as errors, (folder / "events.jsonl").open("w") as events:
         process = subprocess.Popen(command, cwd=folder, stdout=events, stderr=errors, text=True)
