@@ -124,6 +124,12 @@ class Window:
             return str(evidence.inner_text())
         raise AssertionError(f"the evidence of a {kind} is not shown: {self.contacts()}")
 
+    def press_bar(self, kind: str) -> None:
+        """Press a contact of a kind in the strip of time, and wait for its evidence."""
+        strip = self.page.get_by_role("img", name="timeline of contacts")
+        strip.locator("rect").filter(has_text=kind).last.click()
+        self.page.locator("[data-tactful=evidence]").filter(has_text=f"{kind}: ").wait_for()
+
     def contacts(self) -> list[str]:
         """Return what the list says, newest first."""
         buttons = self.page.get_by_role("button", name=re.compile(r"\d s +· +"))

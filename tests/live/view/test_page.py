@@ -104,6 +104,7 @@ def test_touch_record_and_replay(tmp_path: Path) -> None:
             shown.tab("Contacts")
             shown.choose("cooperation")
             shown.shot("replay")
+            shown.press_bar("collision")
             last = max(onset for _, onset in told.values())
             shown.tab("Recording")
             shown.page.get_by_role("slider").first.press("End")

@@ -6,7 +6,7 @@ import html
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from tactful.live.view._words import COLOURS, evidence_card, headline, rgb
+from tactful.live.view._words import COLOURS, evidence_card, headline, onset, rgb, small
 from tactful.monitor import ContactEvent
 
 if TYPE_CHECKING:
@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 _ROWS = 6
 _STRIP_S = 30.0
 _WIDTH, _HEIGHT = 340, 44
-_HINT = "<div style='color:#7b8a97;font-size:12.5px'>Choose a contact to see what decided.</div>"
+_PRESS = "for (const b of document.querySelectorAll('button')) if ((' ' + b.textContent).includes(' {} ')) b.click()"
+"""What a bar of the strip does: it presses the button of its contact in the list."""
+_HINT = small("Choose a contact to see what decided.")
+_NONE = "choose"
 
 
 class Contacts:
@@ -30,15 +33,23 @@ class Contacts:
         self._server, self._on_choose = server, on_choose
         self._events: dict[int, ContactEvent] = {}
         self._shown: list[ContactEvent] = []
+        self._others: dict[str, int] = {}
+        self._around_s: float | None = None
         self._chosen: int | None = None
         self._strip_html = ""
         gui = server.gui
         self._strip = gui.add_html("")
         self._buttons = [gui.add_button(" ", visible=False, hint="Show what decided") for _ in range(_ROWS)]
-        self._more = gui.add_html("", visible=False)
+        self._more = gui.add_dropdown("Others", (_NONE,), visible=False, hint="Contacts that the list has no room for")
         self._evidence = gui.add_html(_HINT)
         for row, button in enumerate(self._buttons):
             button.on_click(self._choose(row))
+
+        @self._more.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None and self._more.value in self._others:
+                self._pick(self._others[self._more.value])
+
         self.draw(0.0)
 
     @property
@@ -61,11 +72,19 @@ class Contacts:
         before = [event for event in self._events.values() if event.detected_s <= t]
         return max(before, key=lambda event: event.detected_s) if before else None
 
-    def refresh(self, around_s: float | None = None) -> None:
-        """List the contacts, newest first, or those before a time [s]."""
-        listed = [e for e in self._events.values() if around_s is None or e.onset_s <= around_s + 1e-9]
-        self._shown = sorted(listed or [], key=lambda e: e.onset_s, reverse=True)[:_ROWS]
-        if self._chosen is not None and (chosen := self._events.get(self._chosen)) and chosen not in self._shown:
+    def at_time(self, t: float) -> None:
+        """List the contacts about a time [s]."""
+        self._around_s = t
+        self.refresh()
+
+    def refresh(self) -> None:
+        """List the contacts, newest first; of a recording, those before the time that is looked at, and the next."""
+        ordered = sorted(self._events.values(), key=lambda event: event.onset_s)
+        t = self._around_s
+        before = len(ordered) if t is None else sum(event.onset_s <= t + 1e-9 for event in ordered)
+        last = max(before, min(_ROWS, len(ordered)))
+        self._shown = ordered[max(0, last - _ROWS) : last][::-1]
+        if (chosen := self.chosen) is not None and chosen not in self._shown:
             self._shown = [*self._shown[: _ROWS - 1], chosen]
         for row, button in enumerate(self._buttons):
             event = self._shown[row] if row < len(self._shown) else None
@@ -73,9 +92,11 @@ class Contacts:
             if event is not None:
                 button.label = ("▸ " if event.id == self._chosen else "") + headline(event)
                 button.color = rgb(event.kind)
-        hidden = len(self._events) - len(self._shown)
-        self._more.visible = hidden > 0
-        self._more.content = f"<div style='color:#7b8a97;font-size:12px'>and {hidden} more, see the strip</div>"
+        self._others = {headline(event): event.id for event in reversed(ordered) if event not in self._shown}
+        options = (_NONE, *self._others)
+        if self._more.options != options:
+            self._more.options = options
+        self._more.visible = bool(self._others)
         self._evidence.content = evidence_card(self.chosen) if self.chosen else _HINT
 
     def draw(self, now_s: float, start_s: float | None = None, end_s: float | None = None) -> None:
@@ -89,12 +110,15 @@ class Contacts:
     def _choose(self, row: int) -> Callable[[object], None]:
         def choose(_: object) -> None:
             if row < len(self._shown):
-                number = self._shown[row].id
-                self._chosen = None if number == self._chosen else number
-                self.refresh()
-                self._on_choose(self.chosen)
+                self._pick(self._shown[row].id)
 
         return choose
+
+    def _pick(self, number: int) -> None:
+        """Choose a contact, or let go the one that is chosen."""
+        self._chosen = None if number == self._chosen else number
+        self.refresh()
+        self._on_choose(self.chosen)
 
 
 def _strip(events: list[ContactEvent], begin: float, end: float, now: float, chosen: int | None) -> str:
@@ -109,8 +133,8 @@ def _strip(events: list[ContactEvent], begin: float, end: float, now: float, cho
         edge = " stroke='#1d2a35' stroke-width='1.5'" if event.id == chosen else ""
         title = html.escape(headline(event))
         bars.append(
-            f"<rect x='{x:.1f}' y='6' width='{width:.1f}' height='20' rx='2' fill='{COLOURS[event.kind]}'{edge}>"
-            f"<title>{title}</title></rect>"
+            f"<rect x='{x:.1f}' y='6' width='{width:.1f}' height='20' rx='2' fill='{COLOURS[event.kind]}'{edge} "
+            f"style='cursor:pointer' onpointerdown=\"{_PRESS.format(onset(event))}\"><title>{title}</title></rect>"
         )
     step = _nice((end - begin) / 6)
     first = -(-begin // step) * step

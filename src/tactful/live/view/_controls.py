@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tactful.live.view._messages import Array, Frame, Setup
-from tactful.live.view._words import calibration
+from tactful.live.view._words import calibration, small
 from tactful.monitor import MonitorConfig
 from tactful.reaction import NAMED
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 Ask = Callable[..., None]
 """Called with the name of a wish and what it needs."""
-
-_SMALL = "<div style='color:#5c7080;font-size:12.5px;line-height:1.45'>{}</div>"
 
 
 class Controls:
@@ -63,7 +61,7 @@ class Controls:
         gui, setup, ask = self._gui, self._setup, self._ask
         if setup.robot is None or setup.obstacle_m is None:
             return
-        gui.add_html(_SMALL.format("Drag any link with the mouse: a spring pulls it, as a hand would. Or by keyboard:"))
+        gui.add_html(small("Drag any link with the mouse: a spring pulls it, as a hand would. Or by keyboard:"))
         with gui.add_folder("Hand"):
             links = setup.robot.link_names
             link = gui.add_dropdown("Link", links, initial_value=links[-1])
@@ -117,17 +115,15 @@ class Controls:
                     hint="Go the way that the hand has led from now on",
                 )
                 self._keep.on_click(lambda _: ask("keep"))
-                gui.add_html(
-                    _SMALL.format("With <b>teach</b>, a hand that helps may lead the arm; its way can then be kept.")
-                )
+                gui.add_html(small("With <b>teach</b>, a hand that helps may lead the arm; its way can then be kept."))
         with gui.add_folder("Thresholds"):
             self._slider = gui.add_slider("Factor", min=0.3, max=3.0, step=0.05, initial_value=1.0)
-            self._rate = gui.add_html(_SMALL.format(calibration(self._base, 1.0)))
+            self._rate = gui.add_html(small(calibration(self._base, 1.0)))
 
             @self._slider.on_update
             def _(event: viser.GuiEvent) -> None:
                 factor = float(self._slider.value)
-                self._rate.content = _SMALL.format(calibration(self._base, factor))
+                self._rate.content = small(calibration(self._base, factor))
                 if event.client is not None:
                     ask("retune", scaled(self._base, factor))
 
@@ -139,7 +135,7 @@ class Controls:
         self._slider.disabled = self._recording
         self._notice.visible = frame.notice is not None
         if frame.notice is not None:
-            self._notice.content = _SMALL.format(html.escape(frame.notice))
+            self._notice.content = small(html.escape(frame.notice))
         if self._setup.commanded:
             self._keep.disabled = not (frame.taught and self._setup.workshop)
 

@@ -139,7 +139,7 @@ class Page:
                 self._scene.feel(trace.force_n[len(trace.t) // 2])
             if self._due("plots", _PLOTS_PER_S):
                 self._signals.draw(self._history, t, ahead_s=2.0)
-                self._contacts.refresh(t)
+                self._contacts.at_time(t)
                 self._contacts.draw(t, self._player.start_s, self._player.end_s)
                 self._tell(kind_of(now) if now else "free", now.kind if now else "free", f"{t:.2f} s of the recording")
 
@@ -228,7 +228,7 @@ class Page:
         )
         small = "color:#7b8a97;font-size:12px;line-height:1.4"
         self._state.content = (
-            f"<div style='padding:2px 0 6px'><div data-tactful='state' aria-live='polite' style='{chip}'>"
+            f"<div style='margin:2px 9px 6px'><div data-tactful='state' aria-live='polite' style='{chip}'>"
             f"{html.escape(words)}</div><div style='color:#3b4a57;font-size:12.5px;margin-top:6px'>"
             f"{html.escape(robot)} · {html.escape(self._setup.source)}</div>"
             f"<div data-tactful='details' style='{small}'>{html.escape(details)}</div></div>"

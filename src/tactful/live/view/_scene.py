@@ -22,6 +22,7 @@ _LONGEST_M, _UNIT_M = 0.40, 0.20
 _SMALL_N = 1.5
 _NOWHERE = np.array([[[0.0, 0.0, -9.0], [0.0, 0.0, -9.001]]])
 _VELOCITY = (33, 102, 196)
+_PLANNED, _TAUGHT = (120, 145, 170), rgb("cooperation")
 _SHOWN_S = 2.0
 """How long a contact stays marked after its end [s]."""
 
@@ -73,7 +74,7 @@ class Scene:
         self._obstacle: viser.BoxHandle | None = None
         if setup.obstacle_m is not None:
             self._draw_obstacle(setup, on_put)
-        self.draw_way(setup.way_m)
+        self.draw_way(setup.way_m, _PLANNED)
 
     def _draw_arm(self, robot, setup: Setup, on_drag: Grab | None) -> None:  # type: ignore[no-untyped-def]
         for link, surface in sorted(surfaces(robot, setup.model).items()):
@@ -130,11 +131,11 @@ class Scene:
                 target = begun["box"] + [moved[0], moved[1], 0.0]
                 on_put(np.clip(target, [-0.8, -0.9, 0.0], [1.1, 0.9, 1.0]))
 
-    def draw_way(self, way_m: Array | None) -> None:
+    def draw_way(self, way_m: Array | None, colour: tuple[int, int, int]) -> None:
         """Draw where the tip is to go (k, 3) [m]."""
         if way_m is not None:
             pieces = np.stack([way_m[:-1], way_m[1:]], axis=1)
-            self._scene.add_line_segments("/way", pieces, (150, 170, 190), thickness=0.004)
+            self._scene.add_line_segments("/way", pieces, colour, thickness=0.006)
 
     def place(self, q: Array | None) -> None:
         """Show the arm at q (n,) [rad]."""
@@ -161,7 +162,7 @@ class Scene:
         else:
             self._string.points = _NOWHERE.astype(np.float32)
         self._palm.visible = frame.hand is not None
-        self.draw_way(frame.way_m)
+        self.draw_way(frame.way_m, _TAUGHT)
 
     def feel(self, force_n: Array) -> None:
         """Show the force at the tip now (3,) [N]."""

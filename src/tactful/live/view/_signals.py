@@ -35,7 +35,7 @@ class Signals:
         n = setup.robot.n if setup.robot else 0
         self.panel = server.gui.add_panel()
         self._empty = [np.array([-SPAN_S, 0.0])]
-        with self.panel.add_tab("Signals"):
+        with self.panel.add_tab(f"Signals of the last {SPAN_S:.0f} s"):
             gui = server.gui
             levels = ["level"] if self._fast else ["x", "y", "z"]
             colours = ["#1d2a35"] if self._fast else list(_AXES)
@@ -74,9 +74,9 @@ class Signals:
             "label": kind,
             "stroke": "transparent",
             "width": 0,
-            "fill": f"{COLOURS[kind]}33",
+            "fill": f"{COLOURS[kind]}40",
             "scale": "state",
-            "points": {"show": False},
+            "points": {"show": False, "stroke": COLOURS[kind]},  # of the legend's mark
         }
 
     def _plot(self, gui: viser.GuiApi, title: str, lines: list[Any], *, y: dict[str, Any] | None = None) -> Any:
@@ -93,7 +93,7 @@ class Signals:
             axes=({**axis, "size": 26}, {**axis, "size": 38}),
             legend={"show": True, "live": False},
             cursor={"drag": {"x": False, "y": False}},
-            padding=(4, 10, 0, 0),
+            padding=(8, 10, 0, 0),
         )
 
 

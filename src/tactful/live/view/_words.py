@@ -30,10 +30,20 @@ def kind_of(event: ContactEvent) -> str:
     return event.kind.replace("_", " ")
 
 
+def small(text: str) -> str:
+    """Return HTML of a remark, in line with the fields of the page."""
+    return f"<div style='color:#5c7080;font-size:12.5px;line-height:1.45;margin:0 9px 6px'>{text}</div>"
+
+
+def onset(event: ContactEvent) -> str:
+    """Return when a contact began, as the list tells it."""
+    return f"{event.onset_s:.2f} s"
+
+
 def headline(event: ContactEvent) -> str:
     """Return a line for the list of contacts."""
     where = event.link or (event.location.region.replace("_", " ") if event.location else "")
-    parts = [f"{event.onset_s:.2f} s", kind_of(event), f"{event.peak_force_n:.0f} N", where]
+    parts = [onset(event), kind_of(event), f"{event.peak_force_n:.0f} N", where]
     return "  ·  ".join(part for part in parts if part)
 
 
@@ -79,7 +89,7 @@ def evidence_card(event: ContactEvent) -> str:
     if event.damped:
         rows.append(("near a singularity", "the force is too small along the lost direction"))
     rules = "".join(
-        f"<tr><td>{_e(item.rule)}</td><td style='text-align:right'>{_number(item.value)}</td>"
+        f"<tr><td>{_e(item.rule.replace('_', ' '))}</td><td style='text-align:right'>{_number(item.value)}</td>"
         f"<td style='text-align:right'>{_number(item.threshold)}</td></tr>"
         for item in event.evidence
     )
@@ -95,8 +105,8 @@ def evidence_card(event: ContactEvent) -> str:
         for name, text in rows
     )
     return (
-        f"<div data-tactful='evidence' style='border-left:4px solid {colour};padding:2px 0 2px 10px;font-size:12.5px;"
-        f"line-height:1.45'><b style='color:{colour}'>{_e(reason(event))}</b>"
+        f"<div data-tactful='evidence' style='border-left:4px solid {colour};margin:0 9px;padding:2px 0 2px 10px;"
+        f"font-size:12.5px;line-height:1.45'><b style='color:{colour}'>{_e(reason(event))}</b>"
         f"<table style='margin-top:4px'>{lines}</table>{table}</div>"
     )
 
@@ -106,13 +116,14 @@ def calibration(config: MonitorConfig, factor: float) -> str:
     rate = config.provenance.get("false_alarms_per_hour")
     if not isinstance(rate, int | float):
         return "Rate of false alarms: not calibrated. `tactful calibrate` sets thresholds for a stated rate."
-    per_hour = f"{rate:.3g} per hour"
+    per_hour = f"{rate:.3g} false alarms per hour"
     if math.isclose(factor, 1.0):
         statement = str(config.provenance.get("threshold", "")).strip()
-        return f"Calibrated for {per_hour} false alarms{': ' + statement if statement else ''}."
+        alone = f", all windows of the detector together. Of one window: {statement}" if statement else ""
+        return f"Calibrated for {per_hour}{alone}."
     if factor > 1:
-        return f"Above the calibrated thresholds: fewer than {per_hour} false alarms."
-    return f"Below the calibrated thresholds: more than {per_hour} false alarms."
+        return f"Above the calibrated thresholds: fewer than {per_hour}."
+    return f"Below the calibrated thresholds: more than {per_hour}."
 
 
 def _vector(values: tuple[float, ...], digits: int = 1) -> str:
