@@ -210,9 +210,11 @@ def test_nobody_there_is_told_in_one_line(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_another_arm_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    """Seven joints cannot be an arm of six."""
+    """Seven joints cannot be an arm of six, and Franka's interface is no KUKA's."""
     with pytest.raises(SourceError, match="gives 7 joints, but ur5e has 6"):
         open_source("franka://127.0.0.1", MonitorConfig(robot={"model": "ur5e"}))
+    with pytest.raises(SourceError, match=r"is an arm of Franka, not .* iiwa.*: choose fr3 or panda"):
+        open_source("franka://127.0.0.1", MonitorConfig(robot={"model": "iiwa14"}))
 
 
 def test_port_in_use_is_told() -> None:

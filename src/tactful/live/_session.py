@@ -53,6 +53,8 @@ class Report:
     """Samples that came more than two periods late; None where they come when they are asked for."""
     reconnects: int
     contacts: int
+    computing_s: float
+    """What the processor took for 99.9 % of the samples at most, nan without any [s]."""
     health: Health
     problem: str | None
     """Why the run ended before its time, None if it did not."""
@@ -69,6 +71,8 @@ class Report:
             parts.append(f"{self.late} late")
         if self.reconnects:
             parts.append(f"connected again {self.reconnects} time{'s' * (self.reconnects != 1)}")
+        if self.samples:
+            parts.append(f"99.9 % computed within {1e3 * self.computing_s:.2f} ms each")
         return ", ".join(parts)
 
 
@@ -214,6 +218,7 @@ class Session:
             late=self._traffic.late if self.source.timed else None,
             reconnects=self._reconnects,
             contacts=len(self._contacts),
+            computing_s=self.computing.quantile(0.999),
             health=self.monitor.health,
             problem=self._problem,
         )

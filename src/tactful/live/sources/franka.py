@@ -20,6 +20,7 @@ from tactful.robots import Robot
 FORM = "franka://HOST"
 
 _PORT = 1337
+_ARMS = ("fr3", "panda")
 
 
 class FrankaSource(Source):
@@ -46,7 +47,9 @@ class FrankaSource(Source):
                 name, 'needs pylibfranka (Linux, Python up to 3.12): pip install "tactful[franka]"'
             ) from None
         self.name, self._host, self._franka = name, host, pylibfranka
-        self.robot = find_arm(name, settings.config, default="fr3", joints=7)
+        self.robot = find_arm(name, settings.config, default=_ARMS[0], joints=7)
+        if settings.config.robot.model in {*Robot.names()} - {*_ARMS}:
+            raise SourceError(name, f"is an arm of Franka, not {self.robot.title}: choose {' or '.join(_ARMS)}")
         self.commanded, self.config = settings.react, settings.config
         self._robot: Any = None
         self._control: Any = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import socket
 import threading
+import time
 from collections.abc import Callable
 from datetime import datetime
 from importlib.util import find_spec
@@ -167,9 +168,10 @@ class _Follower:
         threshold = level_thresholds(session.monitor.config)
         last = -np.inf
         subscription = None
-        over = False
+        over, due = False, time.monotonic()
         while not over:
-            over = self._done.wait(1 / FRAMES_PER_S)
+            due = max(due + 1 / FRAMES_PER_S, time.monotonic())
+            over = self._done.wait(due - time.monotonic())
             if session.feed is None:
                 continue
             subscription = subscription or session.feed.subscribe()
@@ -192,7 +194,7 @@ class _Follower:
                 samples=report.samples,
                 lost=report.lost,
                 late=report.late,
-                computing_s=session.computing.quantile(0.999),
+                computing_s=report.computing_s,
                 paused=bool(shop and shop.paused),
                 recording=str(self._recorder.path) if self._recorder else None,
                 notice=self._notice,
