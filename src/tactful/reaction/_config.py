@@ -35,7 +35,7 @@ class Rule(Config):
         """Whether the rule speaks of such an event."""
         return (
             self.kind in (None, event.kind)
-            and self.reason in (None, getattr(event, "reason", None))
+            and self.reason in (None, event.reason)
             and event.confidence >= self.confidence
         )
 

@@ -23,8 +23,6 @@ _SMALL_N = 1.5
 _NOWHERE = np.array([[[0.0, 0.0, -9.0], [0.0, 0.0, -9.001]]])
 _VELOCITY = (33, 102, 196)
 _PLANNED, _TAUGHT = (120, 145, 170), rgb("cooperation")
-_SHOWN_S = 2.0
-"""How long a contact stays marked after its end [s]."""
 
 CAMERA_M, LOOK_AT_M, CAMERA_FOV_RAD = (1.75, -1.15, 1.10), (0.3, 0.06, 0.36), 0.70
 
@@ -53,7 +51,6 @@ class Scene:
         self._marked: int | None = None
         self._pinned: dict[int, Array] = {}
         self._tip = np.zeros(3)
-        self._hand_held = np.zeros(3)
         scene.add_grid(
             "/floor",
             width=3.0,
