@@ -13,7 +13,7 @@ from tactful.estimation import MomentumObserver, ObserverConfig
 from tactful.impacts import ImpactPlan
 from tactful.monitor import ContactEvent, Monitor, MonitorConfig, SampleError
 from tactful.recordings import Recording
-from tactful.simulation.planar import PlanarConfig, PlanarImpact, planar_robot, simulate_impact
+from tactful.simulation.planar import ArmConfig, PlanarConfig, PlanarImpact, TaskConfig, planar_robot, simulate_impact
 
 ROBOT = planar_robot()
 CONFIG = MonitorConfig(
@@ -70,6 +70,16 @@ def test_says_how_the_surface_is_inclined() -> None:
         (event,) = planned(run.recording(), run.plan)
         (tilt,) = [item for item in event.evidence if item.rule == "inclination"]
         assert tilt.value == pytest.approx(beta_deg, abs=0.5)
+
+
+@pytest.mark.parametrize(("offset_m", "kind"), [(0.0, "expected_impact"), (0.05, "unexpected_impact")])
+def test_a_ball_strikes_with_one_point(offset_m: float, kind: str) -> None:
+    """Single-contact impacts go through the same monitor; a ball does not tell how the surface lies."""
+    ball = PlanarConfig(arm=ArmConfig(tip="ball"), task=TaskConfig(surface_offset_m=offset_m))
+    run = simulate_impact(90.0, 0.3, 0.0, ball)
+    (event,) = planned(run.recording(), run.plan)
+    assert event.kind == kind
+    assert all(item.rule != "inclination" for item in event.evidence)
 
 
 class Grips(ImpactCauses):

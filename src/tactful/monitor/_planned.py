@@ -135,10 +135,10 @@ class Planned:
         if result is None or not result.judged or not self.plan.contacts:
             return
         features = impact_features(result, self.plan, self._robot)
-        tilt = features.inclination_deg
-        self._details = (
-            Evidence("inclination", tilt, None, f"the tool is tilted by {tilt:+.1f} deg against the plan"),
-        )
+        if len(self.plan.contacts) > 1:  # a ball tells nothing of how the surface lies
+            tilt = features.inclination_deg
+            text = f"the tool is tilted by {tilt:+.1f} deg against the plan"
+            self._details = (Evidence("inclination", tilt, None, text),)
         if self._causes is not None:
             self.cause = cause = self._causes.tell_features(features)
             probable = f"{cause.cause} is the most probable cause, {100 * cause.confidence:.0f} %"
