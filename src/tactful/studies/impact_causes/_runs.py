@@ -15,8 +15,9 @@ from tactful.impacts import ImpactPlan
 from tactful.simulation.planar import PlanarConfig, SensorsConfig, planar_robot, simulate_impact
 from tactful.studies.impact_causes._causes import TASKS, Cause, Task
 
-IMPACT = ImpactConfig(r_b_nm_s=(3000.0, 3000.0, math.inf))
-"""When an impact is detected, by the controller and by the classifier: above the noise of the noisy sensors."""
+IMPACT = ImpactConfig(r_b_nm_s=(600.0, 600.0, math.inf), bandpass_hz=30.0)
+"""When an impact is detected, by the controller and by the classifier. Without the band-pass the noisy sensors show as
+much as a light object that gives way."""
 CONFIG = AimAwareConfig.table1("medium", impact=IMPACT, bandwidth_hz=PlanarConfig().observer_gain / (2 * math.pi))
 """The settings of the classifier."""
 
