@@ -289,8 +289,8 @@ class ImpactPlan(FrozenRecord):
             arrays["source"] = str(arrays["source"])
             contacts = tuple(ContactPoint(int(a), b, c) for a, b, c in zip(links, points, normals, strict=True))
             return cls(contacts=contacts, **arrays)
-        except (KeyError, TypeError, ValueError) as error:
-            raise ImpactPlanError("file", f"{path} is not an impact plan: {error}") from None
+        except (KeyError, TypeError, ValueError):
+            raise ImpactPlanError("file", f"{path} is not an impact plan: write one with ImpactPlan.save") from None
 
 
 def _labelled_impact(recording: Recording) -> float:
