@@ -185,7 +185,7 @@ def _report(
     console.print(f"{said}, and {100 * tuning.accepted_outside:.3g} % of the {outside} others", soft_wrap=True)
     if tuning.nearest is not None:
         name, threshold = tuning.nearest
-        text = f"the next one would be accepted by thresholds {100 * (tuning.gap - 1):.2g} % larger"
+        text = f"the next one would be accepted by thresholds {tuning.gap:.3g} times as large"
         console.print(f"{text}: {name}, which {threshold} refuses", soft_wrap=True)
     accepted = Judged.of(held_out, config).accepted(config)
     for kind, wrong, verb in ((True, ~accepted, "refused"), (False, accepted, "accepted")):

@@ -12,8 +12,9 @@ from tactful._plotting import STYLE, matplotlib
 from tactful.classification import AimAware, AimAwareConfig
 from tactful.simulation.planar import PlanarConfig, simulate_impact
 from tactful.studies.aim_aware._summary import R_B_TABLE1, TOLERANCE_DEG, Figures
+from tactful.studies.aim_aware._targets import tolerance_text
 
-_BLUE, _LIGHT, _RED, _GREY = "#2e74b5", "#cfe0f1", "#d9534f", "#8a8f98"
+_BLUE, _LIGHT, _RED, _GREY, _DARK = "#2e74b5", "#cfe0f1", "#d9534f", "#8a8f98", "#22262b"
 _JOINTS = ("shoulder", "elbow", "wrist")
 
 
@@ -40,7 +41,7 @@ def _rates(figure: Any, summary: Figures) -> None:
     for axes, (group, title) in zip(rows, groups, strict=True):
         for ax, (name, tolerance) in zip(axes, TOLERANCE_DEG.items(), strict=True):
             draw_rates(ax, summary[group][name], (-tolerance, tolerance))
-            ax.set_title(f"{title}, {name}: paper {_said(tolerance)}", fontsize=9)
+            ax.set_title(f"{title}, {name}; paper: {tolerance_text(tolerance)}", fontsize=9)
     for ax in rows[-1]:
         ax.set_xlabel("inclination β [deg]")
     for ax in rows[:, 0]:
@@ -48,19 +49,15 @@ def _rates(figure: Any, summary: Figures) -> None:
 
 
 def draw_rates(ax: Any, found: Figures, published: tuple[float, float]) -> None:
-    """Draw the share that is accepted at each inclination; shaded what always is, dashed what the paper says is."""
+    """Draw the share that is accepted at each inclination; shaded what always is, dashed what is in the paper."""
     beta = np.array(found["beta_deg"])
     step = float(np.diff(beta).min())
     if found["band_deg"] is not None:
         low, high = found["band_deg"]
         ax.axvspan(low - 0.5 * step, high + 0.5 * step, color=_LIGHT, lw=0)
     ax.bar(beta, 100 * np.array(found["rate"]), width=0.8 * step, color=_BLUE)
-    for edge in published:
-        ax.axvline(edge, color=_GREY, lw=0.8, ls="--")
-
-
-def _said(tolerance: float) -> str:
-    return "0" if tolerance == 0 else f"±{tolerance:g} deg"
+    for edge in (published[0] - 0.5 * step, published[1] + 0.5 * step):
+        ax.axvline(edge, color=_DARK, lw=0.9, ls="--")
 
 
 def _envelopes(figure: Any, planar: PlanarConfig) -> None:

@@ -19,11 +19,11 @@ _CAPTIONS = {
     "judged (band); red where it does not hold zero. Above as planned, below on a surface inclined by 5 deg. Dotted: "
     "detected impacts.",
     "fig7": "As Fig. 7 of the paper: share of impacts told as expected over the inclination of the surface. Shaded: "
-    "always expected. Dashed: the band that the paper reports.",
+    "always expected. Dashed: about the band that the paper reports.",
     "fig6b": "As Fig. 6 (b) of the paper: the same on the bench, with the recorded reference and Tab. 2 strict; above "
     "as planned, below on a platform inclined by 4 deg.",
     "fig8": "As Fig. 8 of the paper: share of impacts told as expected over the inclination of the platform, four at "
-    "each. Shaded: always expected. Dashed: the band that the paper reports.",
+    "each. Shaded: always expected. Dashed: about the band that the paper reports.",
 }
 
 

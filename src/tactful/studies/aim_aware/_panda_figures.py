@@ -13,7 +13,6 @@ from tactful.simulation.impact_bench import BenchConfig
 from tactful.studies.aim_aware._figures import draw_envelope, draw_rates
 from tactful.studies.aim_aware._panda_runs import ALPHA_DEG, DATA, MODEL, BenchRuns
 from tactful.studies.aim_aware._panda_summary import PUBLISHED, Figures
-from tactful.studies.aim_aware._targets import band_text
 
 _SHOWN_DEG = (0.0, 4.0)
 _JOINTS = (1, 3, 5)
@@ -44,7 +43,7 @@ def _rates(figure: Any, figures: Figures) -> None:
     for line, (reference, group) in zip(axes, rows, strict=True):
         for ax, (name, published) in zip(line, PUBLISHED.items(), strict=True):
             found = figures[reference][group].get(name)
-            title = f"{said[group]}, {name}, {said[reference]}: paper {band_text(list(published))}"
+            title = f"{said[group]}, {name}, {said[reference]}; paper: {_degrees(published)}"
             ax.set_title(title if found else f"{title}; not to be tuned", fontsize=9)
             if found:
                 draw_rates(ax, found, published)
@@ -52,6 +51,11 @@ def _rates(figure: Any, figures: Figures) -> None:
         ax.set_xlabel("inclination β [deg]")
     for ax in axes[:, 0]:
         ax.set_ylabel("expected [%]")
+
+
+def _degrees(band: tuple[float, float]) -> str:
+    low, high = band
+    return f"{low:g} deg" if low == high else f"{low:g} to {high:g} deg"
 
 
 def _envelopes(figure: Any, report: BenchRuns, bench: BenchConfig) -> None:

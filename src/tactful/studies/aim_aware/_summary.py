@@ -28,8 +28,6 @@ TOLERANCE_DEG: Mapping[str, float] = {"strict": 0.0, "medium": 2.0, "wide": 4.0}
 """The sets of the paper by the inclination that they always accept."""
 R_B_TABLE1 = ImpactConfig(r_b_nm_s=(4000.0, 4000.0, float("inf")), refractory_s=0.0)
 """r_b with which the published sets are judged: the paper gives none."""
-XI_S = 0.095
-"""Time from the last impact to the verdict of the tuned sets: the verdict is there within 100 ms."""
 _TRIALS, _TRIALS_VARIANT, _TRIALS_TILT = 24, 8, 4
 """Envelopes and r_b that are tried: for the assumed arm, for others, and where the tilt is judged, too."""
 
@@ -128,7 +126,7 @@ def _tune(task: TuneTask) -> dict[str, Sets]:
     """Tune to the tolerances that can be tuned to: as the paper judges, with the tilt, in time, and the raw error."""
     variant, learn, trials, seed = task
     runs = planar_impacts(learn, variant.planar, 0.0, seed)
-    base = AimAwareConfig(xi_s=XI_S, impact=variant.planar.impact)
+    base = AimAwareConfig(xi_s=variant.xi_s, impact=variant.planar.impact)
     how: dict[str, Any] = {"base": base, "place_r_b": variant.place_r_b, "seed": seed}
     early = how | {"base": base.model_copy(update={"xi_from": "first"})}
     found: dict[str, Sets] = {"tuned": {}, "tilt": {}, "early": {}, "raw": {}}
@@ -142,7 +140,7 @@ def _tune(task: TuneTask) -> dict[str, Sets]:
             found["early"][name] = tune_impacts(labelled, trials=_TRIALS_TILT, tilt=True, **early).config
         except LearningError:
             continue
-        raw = AimAwareConfig.raw_error(xi_s=XI_S, impact=config.impact)
+        raw = AimAwareConfig.raw_error(xi_s=variant.xi_s, impact=config.impact)
         thresholds = thresholds_for(Judged.of(runs, raw), expected)
         if thresholds is not None:
             found["raw"][name] = raw.model_copy(update=thresholds)

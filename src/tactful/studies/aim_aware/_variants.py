@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 Grid = Literal["paper", "fine"]
 
 STEP_DEG: Mapping[str, float] = {"paper": 1.0, "fine": 0.25}
+XI_S = 0.095
+"""Time from the last impact to the verdict of the tuned sets: the verdict is there within 100 ms."""
 FRICTION = "both: contact 0.2 known, joints as calibrated"
 """The variant for which there is a target."""
 
@@ -50,11 +52,13 @@ class Variant:
         name: what.
         planar: the whole configuration.
         place_r_b: whether the classifier's r_b is tuned, or is the controller's.
+        xi_s: time from the last impact to the verdict [s].
     """
 
     name: str
     planar: PlanarConfig
     place_r_b: bool = True
+    xi_s: float = XI_S
 
 
 def variants(base: PlanarConfig) -> Iterator[Variant]:
@@ -64,8 +68,11 @@ def variants(base: PlanarConfig) -> Iterator[Variant]:
         return base.model_copy(update=parts)
 
     def r_b(value: float) -> ImpactConfig:
-        return base.impact.model_copy(update={"r_b_nm_s": (value, value, float("inf"))})
+        return base.impact.model_copy(update={"r_b_nm_s": (value, value, inf)})
 
+    inf = float("inf")
+    bandpass = base.impact.model_copy(update={"r_b_nm_s": (inf, 1350.0, inf), "bandpass_hz": 30.0})
+    small = ArmConfig(half_width_m=0.05)
     rough = CompliantContactConfig(friction=0.2)
     knows = {"task": TaskConfig(friction=0.2), "control": ImpactControlConfig(friction=0.2)}
     loose = ArmConfig(coulomb_nm=(1.0,) * 3, viscous_nms=(1.0,) * 3)
@@ -79,9 +86,13 @@ def variants(base: PlanarConfig) -> Iterator[Variant]:
     yield Variant("encoder 1e-5 rad, torque 0.05 Nm, dq behind 100 Hz", change(sensors=noisy, impact=r_b(3000.0)))
     yield Variant("encoder 2e-5 rad, torque 0.2 Nm, dq behind 30 Hz", change(sensors=noisier, impact=r_b(1900.0)))
     yield Variant("encoder 5e-5 rad, torque 0.2 Nm, dq behind 100 Hz", change(sensors=noisiest, impact=r_b(8000.0)))
+    yield Variant("the same, band-pass observer to 30 Hz", change(sensors=noisiest, impact=bandpass))
     yield Variant("contact ten times softer", change(contact=CompliantContactConfig(stiffness=2e6)))
     yield Variant("restitution 0.3", change(contact=CompliantContactConfig(restitution=0.3)))
-    yield Variant("half-width 0.05 m", change(arm=ArmConfig(half_width_m=0.05)))
+    yield Variant("half-width 0.05 m", change(arm=small))
+    yield Variant("half-width 0.05 m, verdict after 0.2 s", change(arm=small), xi_s=0.2)
+    pressed = ImpactControlConfig(normal_force_n=-160.0)
+    yield Variant("half-width 0.05 m, pressed with 160 N", change(arm=small, control=pressed))
     yield Variant("r_b 1000 Nm/s", change(impact=r_b(1000.0)), place_r_b=False)
     yield Variant("r_b 4000 Nm/s", change(impact=r_b(4000.0)), place_r_b=False)
     yield Variant("joint friction 1 Nm + 1 Nms/rad", change(arm=loose))
