@@ -37,8 +37,8 @@ def collide(number: int, policy: str) -> tuple[float, float]:
         source = open_source(f"franka://{arm.host}", CONFIG, react=True)
         session = Session(source, policy=load_policy(policy), plan=plan.pose)
         session.open()
-        for _ in session.steps(_START_S + way_s + _AFTER_S):
-            pass
+        report = session.run(_START_S + way_s + _AFTER_S)
+    assert report.problem is None, report.problem
     assert arm.truth is not None
     hits = [contact for contact in arm.truth["contacts"] if contact["kind"] == "collision"]
     return max(hit["peak_force_n"] for hit in hits), sum(hit["end_s"] - hit["touch_s"] for hit in hits)

@@ -35,6 +35,15 @@ def stop_going_along(shown: Window) -> float:
     raise AssertionError("the arm does not go along +y")
 
 
+def record_from_the_start(shown: Window) -> None:
+    """Record a run that is younger than what the ring holds: on a machine that is too slow for the first, another."""
+    while shown.time_s() > 6.0:
+        shown.press("Reset")
+        shown.wait_for_time(0.0, 6.0, 1e9)
+    shown.press("Record")
+    shown.page.get_by_role("button", name="Stop recording").wait_for()
+
+
 def drag_along(shown: Window) -> None:
     """Take hold of the wrist while time stands still, and draw it further on; a hand that misses it tries again."""
     plan = workshop(np.random.default_rng(0)).plan
@@ -50,11 +59,11 @@ def drag_along(shown: Window) -> None:
         try:
             shown.contact("cooperation").wait_for(timeout=30_000)
             shown.shot("live_drag")
+            mouse.up()
             return
         except shown.late:
-            continue
-        finally:
             mouse.up()
+            shown.open(shown.page.url)  # the camera has turned instead of the arm
     raise AssertionError(f"no cooperation: {shown.contacts()}")
 
 
@@ -63,8 +72,7 @@ def test_touch_record_and_replay(tmp_path: Path) -> None:
     with window(tmp_path) as shown:
         with served("--source", "sim", "--speed", str(SPEED), folder=tmp_path) as (process, address):
             shown.open(address)
-            shown.page.get_by_role("button", name="Record").click()
-            shown.page.get_by_role("button", name="Stop recording").wait_for()
+            record_from_the_start(shown)
             shown.page.get_by_text(re.compile(r"s · the arm goes on")).wait_for()
             drag_along(shown)
             shown.page.get_by_text(re.compile(r"s · the arm goes on")).wait_for()
