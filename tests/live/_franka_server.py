@@ -23,6 +23,7 @@ from franky_sim.franka_robot_state import FrankaRobotState
 from tactful import Robot
 from tactful.dynamics import Dynamics
 from tactful.simulation import Box, CellConfig, Push, WorkCell
+from tests.live._realtime import run_in_real_time
 from tests.live._scenes import Scene
 
 _HELD = np.array([600.0, 600.0, 600.0, 600.0, 250.0, 150.0, 50.0])  # [Nm/rad]
@@ -108,6 +109,7 @@ def build(scene: Scene) -> WorkCell:
 
 def serve(host: str, scene: Scene) -> None:
     """Serve until the standard input ends."""
+    run_in_real_time()
     robot = CellRobot(build(scene))
     server = Server(robot, [host])
     server.init()

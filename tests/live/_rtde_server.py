@@ -21,6 +21,7 @@ import numpy as np
 from tactful import Robot
 from tactful.control import minimum_jerk
 from tactful.dynamics import Dynamics
+from tests.live._realtime import run_in_real_time
 from tests.live._scenes import Scene
 
 PORT = 30004
@@ -126,6 +127,7 @@ class Client:
 
 def serve(host: str, scene: Scene) -> None:
     """Serve until the standard input ends."""
+    run_in_real_time()
     controller = Controller(scene)
     client: Client | None = None
     sent = credit = granted = 0

@@ -1,4 +1,4 @@
-"""A clock that makes samples come when they are due."""
+"""Clocks: one makes samples come when they are due, one tells how long somebody was waited for."""
 
 from __future__ import annotations
 
@@ -36,3 +36,23 @@ class Clock:
     def restart(self) -> None:
         """Let robot time go on from when it is waited for next."""
         self._start = None
+
+
+class Patience:
+    """How long somebody may be silent: only the time counts in which this process ran and could have heard.
+
+    Args:
+        limit_s: how long [s].
+        look_s: how long it takes at most from one look to the next, unless the process stood still [s].
+    """
+
+    def __init__(self, limit_s: float, look_s: float) -> None:
+        self._left_s, self._look_s = limit_s, look_s
+        self._looked = time.monotonic()
+
+    def over(self) -> bool:
+        """Return whether it is over; called at every look."""
+        now = time.monotonic()
+        self._left_s -= min(now - self._looked, self._look_s)
+        self._looked = now
+        return self._left_s < 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Sequence
 from importlib import import_module
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tactful.live._clock import Patience
 from tactful.live._source import ConnectionLostError, Sample, Source, SourceError
 from tactful.live.sources import Settings
 from tactful.live.sources._arm import find_arm
@@ -24,7 +24,7 @@ EVENTS = "/tactful/events"
 _TYPES = ("sensor_msgs/msg/JointState", "franka_msgs/msg/FrankaRobotState")
 _DISCOVERY_S = 3.0
 _SILENCE_S = 1.0
-_WAIT_S = 0.1
+_WAIT_S, _LOOK_S = 0.1, 0.2
 _FIRST = 21
 _QUEUE = 1000
 _IDLE = 10
@@ -102,13 +102,13 @@ class Ros2Source(Source):
         """Return the type of the topic, and the reliability that its publishers offer."""
         from rclpy.qos import ReliabilityPolicy
 
-        deadline = time.monotonic() + _DISCOVERY_S
+        patience = Patience(_DISCOVERY_S, _LOOK_S)
         while True:
             self._executor.spin_once(timeout_sec=_WAIT_S)
             publishers = self._node.get_publishers_info_by_topic(self._topic)
             if publishers:
                 break
-            if time.monotonic() > deadline:
+            if patience.over():
                 others = [topic for topic, kinds in self._node.get_topic_names_and_types() if {*kinds} & {*_TYPES}]
                 hint = f"joint states are on {', '.join(others)}" if others else "there are no joint states at all"
                 raise SourceError(self.name, f"nobody publishes on {self._topic}: {hint}; check also ROS_DOMAIN_ID")
@@ -120,8 +120,8 @@ class Ros2Source(Source):
         return kind, best_effort if best_effort in offered else ReliabilityPolicy.RELIABLE
 
     def _first_messages(self) -> None:
-        deadline = time.monotonic() + _DISCOVERY_S
-        while len(self._messages) < _FIRST and time.monotonic() < deadline:
+        patience = Patience(_DISCOVERY_S, _LOOK_S)
+        while len(self._messages) < _FIRST and not patience.over():
             self._executor.spin_once(timeout_sec=_WAIT_S)
         if len(self._messages) < 2:
             raise SourceError(self.name, f"{self._topic} has a publisher, but it sends no messages")
@@ -140,10 +140,10 @@ class Ros2Source(Source):
 
     def read(self) -> Sample | None:
         """Wait for the next message; None if none comes for a tenth of a second."""
-        begin = time.monotonic()
+        patience = Patience(_SILENCE_S, _LOOK_S)
         while not self._messages:
             self._executor.spin_once(timeout_sec=_WAIT_S)
-            if not self._messages and time.monotonic() - begin > _SILENCE_S:
+            if not self._messages and patience.over():
                 raise ConnectionLostError(self.name, f"{self._topic} has been silent for {_SILENCE_S:g} s")
         return self._sample(*self._messages.popleft())
 

@@ -8,6 +8,7 @@ from urllib.parse import parse_qs
 
 import numpy as np
 
+from tactful.live._clock import Patience
 from tactful.live._source import ConnectionLostError, Sample, Source, SourceError
 from tactful.live.sources import Settings
 from tactful.live.sources._arm import find_arm, knock
@@ -19,7 +20,7 @@ _NM_A = (10.0, 10.7, 8.46, 9.0, 9.48, 10.1)
 """Torque of a joint over its motor current [Nm/A], as github.com/mikhel1984/ext_observer states them for a UR arm."""
 _PORT = 30004
 _POLL_S = 1e-4
-_SILENCE_S = 1.0
+_SILENCE_S, _LOOK_S = 1.0, 0.01
 _FIRST = 21
 _RATES_HZ = (125.0, 250.0, 500.0)
 
@@ -73,7 +74,7 @@ class UrSource(Source):
     def read(self) -> Sample:
         """Wait for the next sample."""
         rtde = self._rtde
-        begin = time.monotonic()
+        patience = Patience(_SILENCE_S, _LOOK_S)
         while True:
             t = rtde.getTimestamp()
             if t != self._t:
@@ -82,7 +83,7 @@ class UrSource(Source):
                     self._t = t
                     return sample
                 continue
-            if time.monotonic() - begin > _SILENCE_S or not rtde.isConnected():
+            if patience.over() or not rtde.isConnected():
                 raise ConnectionLostError(self.name, "the controller has stopped sending")
             time.sleep(_POLL_S)
 
