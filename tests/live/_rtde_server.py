@@ -130,11 +130,11 @@ def serve(host: str, scene: Scene) -> None:
     run_in_real_time()
     controller = Controller(scene)
     client: Client | None = None
-    sent = credit = granted = 0
+    credit = granted = 0
     free, in_step = True, False
     with socket.create_server((host, PORT)) as server:
         print(json.dumps({"ready": host}), flush=True)
-        while scene.die_after is None or sent < scene.die_after:
+        while True:
             watched: list[Any] = [sys.stdin, server, *([client.connection] if client else [])]
             ready = select.select(watched, [], [], 0 if credit else PERIOD_S if free else 0.2)[0]
             if sys.stdin in ready:
@@ -154,7 +154,6 @@ def serve(host: str, scene: Scene) -> None:
             if client is not None and client.started and (credit or free):
                 granted += credit > 0
                 credit = max(0, credit - 1)
-                sent += 1
                 try:
                     client.send(controller.values(granted))
                 except OSError:
@@ -164,7 +163,7 @@ def serve(host: str, scene: Scene) -> None:
                     print(json.dumps({"in_step": controller.t}), flush=True)
         if client is not None:
             client.connection.close()
-    print(json.dumps({"sent": sent, "touch_s": controller.touch_s}), flush=True)
+    print(json.dumps({"touch_s": controller.touch_s}), flush=True)
 
 
 if __name__ == "__main__":

@@ -14,5 +14,3 @@ class Scene:
     """Time constant of its surface: smaller is harder [s]."""
     hand_s: float | None = None
     """When a hand pushes for a third of a second, on the clock of the cell [s]."""
-    die_after: int | None = None
-    """States after which the server is gone."""

@@ -8,6 +8,8 @@ import json
 import os
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -38,8 +40,23 @@ class Served:
     def grant(self, count: int = 1) -> None:
         """Let the next samples come."""
         assert self.process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):
+        with contextlib.suppress(BrokenPipeError, ValueError):  # it may have been switched off
             self.process.stdin.write(b"." * count)
+
+    def switch_off(self) -> None:
+        """End the server."""
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+
+    def switch_off_once_recorded(self, path: Path, size: int) -> None:
+        """End the server when so many bytes are in a file."""
+
+        def look() -> None:
+            while not path.is_file() or path.stat().st_size < size:
+                time.sleep(0.01)
+            self.switch_off()
+
+        threading.Thread(target=look, daemon=True).start()
 
     def get_in_step(self) -> dict[str, Any]:
         """Let a sample come, and return what the server says when it has sent it: from then on, none comes unasked."""
@@ -62,9 +79,10 @@ def serve(module: str, scene: Scene, host: str | None = None) -> Iterator[Served
         try:
             yield served
         finally:
-            try:
-                said = process.communicate(timeout=_END_S)[0]
-            finally:
-                process.kill()  # if it has not ended
-            if lines := said.splitlines():
+            served.switch_off()
+            bound = threading.Timer(_END_S, process.kill)
+            bound.start()
+            lines = process.stdout.read().splitlines()
+            bound.cancel()
+            if lines:
                 served.truth = json.loads(lines[-1])

@@ -143,13 +143,14 @@ def test_reaction_over_the_protocol(policy: str, unreacted: dict[str, Any]) -> N
 def test_connection_lost_in_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The line breaks while the arm moves: one line, exit code 1, the recording kept, the arm at rest."""
     path = tmp_path / "cut.parquet"
-    with serve(Scene(die_after=1500)) as arm:
+    with serve(Scene()) as arm:
+        arm.switch_off_once_recorded(path, 1000 * 22 * 8)  # of which the settings are a part
         words = ["live", "--source", f"franka://{arm.host}", "--react", "stop", "--record", str(path)]
         assert main(words) == 1
     said = capsys.readouterr().err
     (line,) = [line for line in said.splitlines() if "before its time" in line]
     assert "the arm stopped, or its connection is lost" in line
-    assert 500 < len(Recording.read(path)) <= 1500
+    assert len(Recording.read(path)) >= 500
     assert arm.truth is not None
     assert arm.truth["speed"] < 0.02
 
@@ -157,7 +158,7 @@ def test_connection_lost_in_motion(tmp_path: Path, capsys: pytest.CaptureFixture
 def test_lost_arm_is_found_again() -> None:
     """An arm that is listened to may be restarted: its clock begins anew, the run goes on."""
     stamps: list[float] = []
-    with serve(Scene(die_after=800)) as first:
+    with serve(Scene()) as first:
         session = Session(open_source(f"franka://{first.host}", CONFIG), reconnect_s=60.0)
         session.open()
         arms = [first]
@@ -174,6 +175,8 @@ def test_lost_arm_is_found_again() -> None:
             for step in session.steps():
                 stamps.append(step.sample.t)
                 arms[-1].grant()
+                if len(stamps) == 700:
+                    first.switch_off()
                 again += session.report.reconnects
                 if again == 800:
                     break
@@ -182,7 +185,7 @@ def test_lost_arm_is_found_again() -> None:
     assert report.reconnects == 1
     assert np.diff(stamps).min() > 0
     assert report.degraded
-    assert len(stamps) > 1500
+    assert len(stamps) >= 1500
 
 
 def test_priority_is_not_inherited() -> None:
