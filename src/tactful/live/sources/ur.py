@@ -68,7 +68,7 @@ class UrSource(Source):
                 if last:
                     said = "it sends nothing" if isinstance(error, ConnectionLostError) else str(error)
                     raise SourceError(self.name, f"the controller at {self._host} cannot be used: {said}") from None
-        step_s = float(np.median(np.diff(stamps)))
+        step_s = float(np.min(np.diff(stamps)))  # others may hold packets that were lost
         self.rate_hz = min(_RATES_HZ, key=lambda rate: abs(rate * step_s - 1))
 
     def read(self) -> Sample:
