@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -237,6 +238,16 @@ def test_one_impact_over_several_axes_is_one_contact(panda: Robot) -> None:
     assert set(timeline.events[0].directions) >= {"y", "z"}
     apart = MonitorConfig(mode="paper", contact={"merge_s": 0.0})
     assert len(Monitor(panda, apart).run(rec)) > 1
+
+
+def test_a_change_says_something_new(panda: Robot, touched: Recording, config: MonitorConfig) -> None:
+    """While an impact grows, every sample is above the threshold: a listener must not be told the same each time."""
+    told: dict[int, ContactEvent] = {}
+    for event in stream(Monitor(panda, config), touched):
+        if event.phase == "changed":
+            assert event != replace(told[event.id], phase="changed", peak_force_n=event.peak_force_n)
+        told[event.id] = event
+    assert told
 
 
 def test_help_in_a_collision_replaces_it_by_cooperation(panda: Robot) -> None:

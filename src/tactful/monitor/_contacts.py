@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactful.classification import Classifier, Onset, Verdict
+from tactful.classification import Classifier, Evidence, Onset, Verdict
 from tactful.detection import AXES
 from tactful.detection.contact_state import (
     COLLISION,
@@ -78,6 +78,7 @@ class Contacts:
         self._count = 0
         self._free_since_s = self._collision_until_s = -np.inf
         self._undecided: _Detection | None = None
+        self._decided: tuple[Evidence, ...] = ()  # what made the contact what it is
 
     @property
     def state(self) -> int:
@@ -187,6 +188,7 @@ class Contacts:
             return self._told_in_cooperation(onset, detection, verdict)
         assert self.current is not None
         tell(self._contact, _STATES.get(verdict.kind, CONTACT))
+        self._decided = verdict.evidence
         self.current = replace(
             self.current,
             phase="changed",
@@ -201,7 +203,7 @@ class Contacts:
         self._locate()
         return self.current
 
-    def _told(self, onset: Onset, detection: _Detection, verdict: Verdict) -> ContactEvent:
+    def _told(self, onset: Onset, detection: _Detection, verdict: Verdict) -> ContactEvent | None:
         """Take the verdict on what came during a collision: another contact replaces it, or it goes on."""
         if verdict.kind == "cooperation":
             self.waiting.append(self._ended(detection.onset_s))
@@ -217,16 +219,20 @@ class Contacts:
         self.waiting.append(self._ended(detection.onset_s))
         return self._begin(onset, detection, verdict)
 
-    def _grow(self, directions: tuple[str, ...], verdict: Verdict | None = None) -> ContactEvent:
+    def _grow(self, directions: tuple[str, ...], verdict: Verdict | None = None) -> ContactEvent | None:
+        """Take more of the same collision; return None where that says nothing new."""
         current = self.current
         assert current is not None
         tell(self._contact, COLLISION)
+        both = tuple(axis for axis in AXES if axis in current.directions or axis in directions)
+        if verdict is None and both == current.directions:
+            return None
         self.current = replace(
             current,
             phase="changed",
-            directions=tuple(axis for axis in AXES if axis in current.directions or axis in directions),
+            directions=both,
             peak_force_n=self._peak(),
-            evidence=current.evidence + (verdict.evidence if verdict else ()),
+            evidence=self._decided + verdict.evidence if verdict else current.evidence,
         )
         return self.current
 
@@ -237,6 +243,7 @@ class Contacts:
         force = onset.force_n[-1] - before["wrench"][:3]
         contact["peak"] = float(np.linalg.norm(force))
         tell(contact, _STATES.get(verdict.kind, CONTACT))
+        self._decided = verdict.evidence
         velocity = onset.velocity_before_m_s(_BEFORE_S)
         if self._locator is not None:
             self._locator.begin(before["bias"], second=onset.in_collision)
