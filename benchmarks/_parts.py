@@ -14,7 +14,7 @@ from tactful.estimation._momentum_observer import observe_motion
 from tactful.estimation._wrench import solve_wrench
 from tactful.signals import _sliding_dft
 
-PARTS = ("place the links", "momentum terms", "observer with them", "Jacobian of the tip", "wrench", "sliding DFT")
+PARTS = ("place the links", "momentum terms", "observer with both", "Jacobian of the tip", "wrench", "sliding DFT")
 
 
 @njit

@@ -18,6 +18,7 @@ from tests._counterparts import require_shared_data
     [
         (["ur_pushes/no_torque.csv", "--robot", "panda"], "has 6 joints, but panda has 7"),
         (["ur_pushes/no_torque.csv", "--robot", "ur5e"], "the torque is not that of ur5e"),
+        (["panda_free_motion/exciting_first_10s.csv", "--robot", "iiwa14"], "the torque is not that of iiwa14"),
         (["ur_pushes/ur_static_first_half.csv", "--robot", "ur10e"], "the arm stands still"),
         (["ur_pushes/no_torque.csv"], "which arm was recorded?"),
         (["panda_tactile_pad/data_pos_1.csv"], "something touches the arm from 2.59 to 9.75 s (by wrench)"),

@@ -11,7 +11,7 @@ from tactful import Robot
 from tactful.config import ConfigError
 from tactful.detection import FastConfig, NoiseConfig, _glr
 from tactful.detection._glr import glr_record, taps
-from tactful.dynamics import Dynamics, arm_record, kernels, motion_record
+from tactful.dynamics import Dynamics, arm_record, motion_record
 from tactful.estimation import ObserverConfig
 from tactful.estimation._momentum_observer import observe_motion, observer_record
 
@@ -29,7 +29,6 @@ def statistics(robot: Robot, config: FastConfig, q: Array, dq: Array, tau: Array
         glr["drift_gain"] = 0.0
     out = []
     for k in range(len(q)):
-        kernels.place(arm, motion, q[k])
         observe_motion(arm, motion, observer, 1 / RATE_HZ, q[k], dq[k], tau[k])
         _glr.take_momentum(glr, arm, motion, observer, 1 / RATE_HZ)
         if k == 0 and not drift:

@@ -12,7 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactful import __version__
-from tactful.calibration._checks import check_contact, check_gravity, check_motion, not_excited, source_of
+from tactful.calibration._checks import (
+    check_contact,
+    check_explained,
+    check_gravity,
+    check_motion,
+    not_excited,
+    source_of,
+)
 from tactful.calibration._columns import Columns, columns_of
 from tactful.calibration._external import External, quiet_parts, rms, still
 from tactful.calibration._fit import Fit, fit
@@ -118,6 +125,7 @@ def calibrate(
     held_out = _held_out(stretches, columns, found, observer)
     before = _rms([HeldOut(stretch, 0, len(stretch), robot, observer) for stretch in stretches])
     after = _rms(held_out)
+    check_explained(after, stretches, bare, name)
 
     noise = noise_of([FreeTorque.of(part, config.fast, rate_hz) for part in held_out], config.fast, rate_hz)
     update = {

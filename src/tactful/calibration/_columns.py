@@ -156,18 +156,18 @@ def _filtered(
     started = False
     written = 0
     for k in range(dt.shape[0]):
-        step = sense(velocity, k == 0, dt[k], q[k], dq[k])
+        step = sense(velocity, k == 0, dt[k], q[k], dq[k], tau[k])
         if k > 0 and step == 0.0:
             continue
         speed = velocity.v
-        kernels.place(arms[0], motion, q[k])
+        kernels.place(arms[0], motion, velocity.q_v)
         for c in range(first):
             kernels.momentum_terms(arms[c], motion, speed)
             for i in range(n):
                 p[i, c] = motion.p[i]
                 s[i, c] = motion.ctdq[i] - motion.g[i]
         for i in range(n):
-            s[i, 0] += tau[k, i]
+            s[i, 0] += velocity.tau_v[i]
             s[i, first + i] = -1.0
             s[i, first + n + i] = -speed[i]
             for h in range(hysteresis.shape[0]):

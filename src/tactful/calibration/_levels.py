@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from tactful.calibration._errors import CalibrationError
-from tactful.calibration._threshold import Threshold, threshold_for_rate
+from tactful.calibration._threshold import Threshold, support, threshold_for_rate
 from tactful.estimation import ObserverConfig
 from tactful.monitor import Monitor, MonitorConfig
 from tactful.recordings import Recording
@@ -83,7 +83,9 @@ def glr_thresholds(parts: Sequence[Free], config: MonitorConfig, false_alarms_pe
         levels = {key: unseen * max(least, getattr(threshold, key)) for key in ("low", "value", "high")}
         if len(level) < _FEW_S * config.rate_hz and length <= _JERK_S * config.rate_hz:
             levels["value"] = levels["high"]
-        found[length] = replace(threshold, **levels)
+        ratio = levels["value"] / float(_NEVER * level.max())
+        supported, statement = support(false_alarms_per_hour, len(level) / config.rate_hz, ratio)
+        found[length] = replace(threshold, supported=supported, statement=statement, **levels)
     return tuple(found[length] for length in lengths)
 
 

@@ -16,7 +16,7 @@ from tactful.calibration._motion import HeldOut
 from tactful.config import per_joint
 from tactful.detection import FastConfig, NoiseConfig
 from tactful.detection._glr import FRICTION_RAD_S, glr_record, take_momentum, taps
-from tactful.dynamics import arm_record, kernels, motion_record
+from tactful.dynamics import arm_record, motion_record
 from tactful.dynamics.kernels import copy
 from tactful.estimation._momentum_observer import observe_motion, observer_record
 
@@ -86,7 +86,6 @@ def _take(
     """Write torque, velocity and row of each new sample, add up M_ij^2, and return how many there are."""
     count = 0
     for k in range(dt.shape[0]):
-        kernels.place(arm, motion, q[k])
         step = observe_motion(arm, motion, observer, dt[k], q[k], dq[k], tau[k])
         if step == 0.0 and k > 0:
             continue

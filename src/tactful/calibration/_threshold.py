@@ -85,19 +85,7 @@ def threshold_for_rate(
         )
     levels = _levels(peaks - u, len(peaks) / duration_s, false_alarms_per_hour / 3600) + u
     low, value, high = np.sqrt(levels) if amplitude else levels
-    highest = float(x.max())
-    hours = duration_s / 3600
-    factor = 1 / (false_alarms_per_hour * hours)
-    asked = _one_in(false_alarms_per_hour)
-    supported = factor <= 1 / 3
-    if supported:
-        statement = f"{asked} is supported by {_span(duration_s)} of free motion"
-    else:
-        statement = (
-            f"{asked} is not supported by {_span(duration_s)} of free motion: the threshold is extrapolated by a "
-            f"factor of {factor:.3g} in time, {value / highest - 1:.0%} above the highest level seen; record "
-            f"{_span(3 * 3600 / false_alarms_per_hour)} to verify it"
-        )
+    supported, statement = support(false_alarms_per_hour, duration_s, float(value) / float(x.max()))
     return Threshold(
         value=float(value),
         low=float(low),
@@ -106,6 +94,18 @@ def threshold_for_rate(
         duration_s=duration_s,
         supported=supported,
         statement=statement,
+    )
+
+
+def support(false_alarms_per_hour: float, duration_s: float, ratio: float) -> tuple[bool, str]:
+    """Return whether a time supports a rate, and that in words; `ratio` is that of threshold and highest level seen."""
+    factor = 3600 / (false_alarms_per_hour * duration_s)
+    asked, seen = f"one false alarm in {_span(3600 / false_alarms_per_hour)}", f"{_span(duration_s)} of free motion"
+    if factor <= 1 / 3:
+        return True, f"{asked} is supported by {seen}"
+    return False, (
+        f"{asked} is not supported by {seen}: the threshold is extrapolated by a factor of {factor:.3g} in time, "
+        f"{ratio - 1:.0%} above the highest level seen; record {_span(3 * 3600 / false_alarms_per_hour)} to verify it"
     )
 
 
@@ -139,7 +139,3 @@ def _span(seconds: float) -> str:
     if seconds < 120:
         return f"{seconds:.3g} s"
     return f"{seconds / 60:.3g} min" if seconds < 7200 else f"{seconds / 3600:.3g} h"
-
-
-def _one_in(per_hour: float) -> str:
-    return f"one false alarm in {_span(3600 / per_hour)}"

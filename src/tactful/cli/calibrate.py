@@ -121,8 +121,8 @@ def _report_fit(found: "Calibration", fit: "Fit", console: Console) -> None:
     robot, sd = fit.robot, fit.sd
     console.print(f"[bold]{robot.title}[/bold], {found.duration_s:.1f} s of free motion at {found.config.rate_hz:g} Hz")
     table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
-    table.add_column("joint")
-    for heading in ("before [Nm]", "held out", "bias [Nm]", "Coulomb [Nm]", "viscous [Nms]"):
+    table.add_column("joint", no_wrap=True)
+    for heading in ("before", "held out", "bias [Nm]", "Coulomb [Nm]", "viscous [Nms]"):
         table.add_column(heading, justify="right", no_wrap=True)
     for i, name in enumerate(robot.joint_names):
         ratio = found.after_nm[i] / found.before_nm[i]

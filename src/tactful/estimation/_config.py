@@ -40,7 +40,8 @@ class ObserverConfig(Config):
     `velocity_window_s`. The slope has a tenth of the noise on a Franka arm, whose measured velocity also lags by 5 ms;
     it needs finely resolved positions and exact time, see `clock_s`."""
     velocity_window_s: PositiveFloat = 0.005
-    """Length of the window of the slope, at most 63 samples; half of it is the lag of the velocity [s]."""
+    """Length of the window of the slope, at most 63 samples; half of it is the lag of the velocity. Torque and pose are
+    taken with the same lag: a torque that is ahead of the velocity is a contact in each jerk [s]."""
     clock_s: PositiveFloat | None = None
     """Period of the robot's own clock. Where it is given, the time of a sample is a whole number of periods, told by
     position and velocity while the arm moves, and samples that came twice are left out; for stamps of a host that

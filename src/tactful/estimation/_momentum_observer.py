@@ -113,20 +113,20 @@ def observe(observer: Any, motion: Any, dt: float, dq: Vector, tau: Vector) -> N
 
 @njit(cache=True)
 def observe_motion(arm: Any, motion: Any, observer: Any, dt: float, q: Vector, dq: Vector, tau: Vector) -> float:
-    """Take one sample, after `place`: velocity, momentum, residual; return the time it stands for, 0 for none [s]."""
+    """Take one sample: velocity, pose, momentum, residual; return the time that it stands for, 0 for none [s]."""
     start = observer.started == 0
-    step = sense(observer.velocity, start, dt, q, dq)
+    velocity = observer.velocity
+    step = sense(velocity, start, dt, q, dq, tau)
     if start or step > 0.0:
-        v = observer.velocity.v
-        kernels.momentum_terms(arm, motion, v)
-        observe(observer, motion, step, v, tau)
+        kernels.place(arm, motion, velocity.q_v)
+        kernels.momentum_terms(arm, motion, velocity.v)
+        observe(observer, motion, step, velocity.v, velocity.tau_v)
     return step  # type: ignore[no-any-return]
 
 
 @njit(cache=True)
 def _run(arm: Any, motion: Any, observer: Any, dt: Vector, q: Vector, dq: Vector, tau: Vector, r: Vector) -> None:
     for k in range(dt.shape[0]):
-        kernels.place(arm, motion, q[k])
         observe_motion(arm, motion, observer, dt[k], q[k], dq[k], tau[k])
         r[k] = observer.r
 

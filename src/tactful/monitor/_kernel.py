@@ -88,7 +88,11 @@ def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> float:
     if not sample.has_q:
         return dt
     arm, motion, J = memory.arm, memory.motion, memory.J
-    kernels.place(arm, motion, sample.q)
+    if sample.source == TAU:
+        dt = observe_motion(arm, motion, memory.observer, dt, sample.q, sample.dq, sample.tau)
+        copy(memory.observer.r, row.tau_ext)
+    else:
+        kernels.place(arm, motion, sample.q)
     kernels.tip_position(arm, motion, memory.x)
     kernels.jacobian(arm, motion, arm.tip_link, memory.x, J)
     if sample.has_dq:
@@ -97,9 +101,6 @@ def _estimate(memory: Any, sample: Any, row: Any, dt: float) -> float:
                 row.twist[r] += J[r, i] * sample.dq[i]
     if sample.source == WRENCH:
         return dt
-    if sample.source == TAU:
-        dt = observe_motion(arm, motion, memory.observer, dt, sample.q, sample.dq, sample.tau)
-        copy(memory.observer.r, row.tau_ext)
     solve_wrench(memory.wrench, J, row.tau_ext)
     copy(memory.wrench.F, row.wrench)
     return dt

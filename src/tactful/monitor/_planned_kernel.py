@@ -13,7 +13,7 @@ from tactful._njit import njit
 from tactful.classification import AimAwareConfig
 from tactful.classification import _aim_aware_kernel as aim_aware
 from tactful.classification._aim_aware_kernel import DECIDED_FROM, aim_aware_dtype, aim_aware_record
-from tactful.dynamics import arm_record, kernels
+from tactful.dynamics import arm_record
 from tactful.dynamics._arm import arm_dtype, motion_dtype
 from tactful.dynamics.kernels import copy
 from tactful.estimation import ObserverConfig
@@ -109,7 +109,6 @@ def _step(watch: Any, post_t: Array, post_dq: Array) -> int:
         watch.observer.started = 0
         aim.detector.seen = 0
     if watch.observed:
-        kernels.place(watch.arm, watch.motion, watch.q)
         stands_for = observe_motion(watch.arm, watch.motion, watch.observer, dt, watch.q, watch.dq, watch.tau)
         if not (start or stands_for > 0.0):
             return NOTHING

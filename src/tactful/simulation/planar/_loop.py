@@ -13,7 +13,6 @@ from tactful._njit import njit
 from tactful.control._impact_aware import ANTE, INTERIM, POST, impact_aware_force
 from tactful.control._reference_spreading import spread
 from tactful.detection._impact import detect, impact_dtype, impact_record
-from tactful.dynamics import kernels
 from tactful.dynamics.kernels import copy
 from tactful.estimation._momentum_observer import observe_motion
 from tactful.simulation.planar._config import PlanarConfig
@@ -193,7 +192,6 @@ def run(
             rows[k, 9 + i] = above
         for c in range(points):
             force[k, c, 0], force[k, c, 1] = plant.F_n[c], plant.F_t[c]
-        kernels.place(arm, motion, loop.q)
         observe_motion(arm, motion, observer, loop.period, loop.q, loop.dq, loop.tau)
         copy(observer.r, residual[k])
         if detect(loop.detector, loop.period, observer.r):
