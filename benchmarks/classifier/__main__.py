@@ -67,7 +67,7 @@ def learnable(decision: Decision[Note], wait_s: float) -> Decision[Seen]:
         truth=decision.truth,
         contact=decision.contact,
         operator=decision.operator,
-        in_collision=decision.in_collision,
+        after_collision=decision.after_collision,
         asks=tuple(asks),
     )
 

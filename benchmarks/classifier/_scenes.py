@@ -83,7 +83,7 @@ def _episodes(folder: Path, plan: Sequence[EpisodeSpec]) -> tuple[Path, ...]:
     files = []
     for spec in plan:
         try:
-            files.append(folder / generate([spec], folder)[0].file)
+            files.append(folder / generate([spec], folder, jobs=1)[0].file)
         except TactfulError:  # none of its attempts gives what the spec asks for
             continue
     return tuple(files)
