@@ -105,8 +105,8 @@ class FastConfig(Config):
     sample."""
     threshold: PositiveFloat | tuple[PositiveFloat, ...] = (9.0, 9.0, 9.0, 6.0, 6.0, 6.0)
     """Statistic that means contact, for all windows or one each, in standard deviations of a chi distribution with n
-    degrees of freedom. The default is for an arm that nobody calibrated; `tactful calibrate` sets it for a stated rate
-    of false alarms."""
+    degrees of freedom. The default is for an arm that nobody calibrated, and comes down to a quarter at least where its
+    motion shows less; `tactful calibrate` sets it for a stated rate of false alarms."""
     drift_s: PositiveFloat = 0.5
     """Time constant with which a slow change of the external torque is forgotten [s]."""
     contact_drift_s: PositiveFloat = 0.15

@@ -18,6 +18,12 @@ Array = NDArray[np.float64]
 _MOST_WINDOWS = 8
 ABRUPT_S = 0.02
 """Length of the longest window that shows what no hand does [s]."""
+_LEARN_BLOCKS, _BLOCK_S, _MEMORY_S = 4, 0.25, 10.0
+"""Blocks of motion after which a scale of the thresholds is told, their length and how long they are known [s]."""
+_MOVING_RAD_S = 0.05
+"""Speed of a joint from which the arm moves [rad/s]."""
+_TIMES, _LEAST = 2.5, 0.25
+"""How many times the highest level that motion has shown is a contact, and the least scale."""
 FRICTION_RAD_S = 0.03
 """Speed at which half of the friction is taken up [rad/s]."""
 
@@ -40,6 +46,12 @@ def glr_dtype(n: int, longest: int) -> np.dtype[np.void]:
             ("length", "i8", (_MOST_WINDOWS,)),
             ("stride", "i8", (_MOST_WINDOWS,)),  # every how many samples the window is looked at
             ("threshold", "f8", (_MOST_WINDOWS,)),
+            ("scale", "f8"),  # of the thresholds, see `_learn_scale`
+            ("learns", "i8"),  # whether it is learned: nobody calibrated the arm
+            ("block", "i8"),  # samples in motion of which the highest level is kept
+            ("moved", "i8"),  # samples in motion so far
+            ("highest", "f8", (3,)),  # level over threshold: in this block, the one before, and earlier
+            ("kept", "f8"),  # share of the last that is left a block later
             ("velocity_share", "f8", (_MOST_WINDOWS,)),  # sum (dc)^2 / h^2 [1/s^2]
             ("torque_share", "f8", (_MOST_WINDOWS,)),  # sum c^2
             ("tap", "f8", (_MOST_WINDOWS, longest)),
@@ -105,6 +117,10 @@ def glr_record(config: FastConfig, noise: NoiseConfig, scale_nm: Array, rate_hz:
     glr["known_gain"] = min(1.0, 1 / (config.drift_s * rate_hz))
     glr["drift_gain"] = min(1.0, 1 / (config.drift_s * rate_hz))
     glr["contact_gain"] = min(1.0, 1 / (config.contact_drift_s * rate_hz))
+    glr["scale"] = 1.0
+    glr["learns"] = noise.model_nm is None
+    glr["block"] = max(1, round(_BLOCK_S * rate_hz))
+    glr["kept"] = math.exp(-_BLOCK_S / _MEMORY_S)
     glr["abrupt_windows"] = max(1, sum(length <= ABRUPT_S * rate_hz for length in windows))
     glr["envelope_gain"] = 1 - math.exp(-1 / (config.envelope_s * rate_hz))
     glr["rise"] = config.rise, config.abrupt_rise
@@ -203,7 +219,7 @@ def step(glr: Any, dq: Array, in_contact: bool) -> None:
     z = dq / (|dq| + 0.03) is how much of the friction is taken up, zs its mean over the time of the drift. The
     statistic T = sqrt(y^T V^-1 y) is the root of twice the logarithm of the generalized likelihood ratio of any
     constant torque against none; without contact it is chi-distributed with n degrees of freedom. The level is the
-    largest T over its threshold.
+    largest T over its threshold, and over the scale of the thresholds where that is learned.
 
     During a collision its torque k is known but for its size, since the arm may press harder. T then counts what is
     across it only, T^2 = y^T V^-1 y - (k^T V^-1 y)^2 / (k^T V^-1 k), as the paper looks away from the directions of a
@@ -239,7 +255,7 @@ def step(glr: Any, dq: Array, in_contact: bool) -> None:
     for w in range(glr.windows):
         if (position + w) % glr.stride[w] == 0:
             glr.statistic[w] = _statistic(glr, w, position + longest + 1)
-        ratio = glr.statistic[w] / glr.threshold[w]
+        ratio = glr.statistic[w] / (glr.threshold[w] * glr.scale)
         if ratio > level:
             level = ratio
             glr.best = w
@@ -248,6 +264,31 @@ def step(glr: Any, dq: Array, in_contact: bool) -> None:
     glr.level[0] = level
     _rise(glr, 0, level)
     _rise(glr, 1, abrupt)
+    if glr.learns and not in_contact:
+        _learn_scale(glr, dq, level)
+
+
+@njit(cache=True)
+def _learn_scale(glr: Any, dq: Array, level: float) -> None:
+    """Let the thresholds of an arm that nobody calibrated come down to 2.5 times what its motion has shown.
+
+    They are for the noise of a real arm, and another may have less. The last quarter to half second is left out, so
+    that a push which rises slowly is not taken for motion.
+    """
+    moves = False
+    for i in range(dq.shape[0]):
+        moves = moves or abs(dq[i]) > _MOVING_RAD_S
+    if not moves:
+        return
+    highest = glr.highest
+    highest[0] = max(highest[0], level * glr.scale)
+    glr.moved += 1
+    if glr.moved % glr.block == 0:
+        highest[2] = max(highest[1], glr.kept * highest[2])
+        highest[1] = highest[0]
+        highest[0] = 0.0
+        if glr.moved >= _LEARN_BLOCKS * glr.block:
+            glr.scale = min(max(_TIMES * highest[2], _LEAST), 1.0)
 
 
 @njit(cache=True)

@@ -130,6 +130,9 @@ def _detect_fast(memory: Any, sample: Any, row: Any, dt: float) -> None:
             copy(glr.x, glr.drift)
         _glr.step(glr, glr.still, memory.contact.state != FREE)
     row.level[0] = glr.level[0]
+    if glr.learns and memory.contact.state == FREE:
+        for i in range(memory.release.shape[0]):
+            memory.contact.tolerance[i] = memory.release[i] * glr.scale
     if memory.contact.state == FREE and glr.level[0] < _QUIET:
         _follow_bias(memory, sample.source, row)
 

@@ -52,6 +52,7 @@ def memory_dtype(n: int, m: int, longest: int) -> np.dtype[np.void]:
             ("locate_every", "i8"),  # [samples]; 0: the contact is not located
             ("locate_in", "i8"),
             ("bias_gain", "f8"),  # h / bias_s
+            ("release", "f8", (m,)),  # tolerance of the slow signal when a contact ends, for thresholds of scale 1
             ("bias_limit", "f8", (m,)),
             ("bias", "f8", (m,)),  # what the external torque is off by while nothing suggests a contact
             ("contact", contact_dtype(len(AXES), max(m, 3))),
@@ -150,7 +151,8 @@ class Memory:
         tolerance = np.full(max(self.channels, 3), np.inf)
         threshold = thresholds(config.frequency)
         if config.mode == "fast":
-            tolerance[: self.channels] = config.fast.release * config.noise.resolved("model_nm", scale)
+            memory["release"] = config.fast.release * config.noise.resolved("model_nm", scale)
+            tolerance[: self.channels] = memory["release"]
             threshold = np.array([1.0, np.inf, np.inf])
         elif config.contact.release_force_n is not None:
             tolerance[:3] = config.contact.release_force_n
