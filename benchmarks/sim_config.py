@@ -1,7 +1,11 @@
-"""Calibrate the monitor for the arm of the source `sim`, whose page then states a rate of false alarms.
+"""Calibrate the monitors of the simulated arms that come with Tactful: that of the source `sim`, and that of the demo.
 
-Writes src/tactful/live/sources/sim.toml: `python -m benchmarks.sim_config`, two minutes of robot time.
+`python -m benchmarks.sim_config` writes src/tactful/live/sources/sim.toml, whose page states a rate of false alarms, and
+src/tactful/simulation/presets/clean-monitor.toml, from two minutes of robot time and from one.
 """
+
+from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import tomli_w
@@ -12,6 +16,7 @@ from tactful.calibration import calibrate
 from tactful.control import CartesianImpedance, MinimumJerkPath, Pose
 from tactful.live.sources.sim import CONFIG, SENSORS
 from tactful.simulation import SensorConfig, workshop
+from tactful.studies.teaching import calibrated
 
 DURATION_S = 120.0
 
@@ -37,9 +42,14 @@ def main() -> None:
     recording = Recording(
         t=t, channels={"q": q, "dq": dq, "tau": tau}, source="the workshop, untouched", format="simulation"
     )
-    found = calibrate([recording], MonitorConfig(robot={"model": "panda"}))
-    CONFIG.write_text(tomli_w.dumps(found.config.model_dump(mode="json", exclude_defaults=True, exclude_none=True)))
-    print(f"{CONFIG}: {found.config.provenance['threshold']}")
+    _write(CONFIG, calibrate([recording], MonitorConfig(robot={"model": "panda"})).config)
+    with resources.as_file(resources.files("tactful.simulation") / "presets" / "clean-monitor.toml") as file:
+        _write(file, calibrated("clean", seed=0))
+
+
+def _write(file: Path, config: MonitorConfig) -> None:
+    file.write_text(tomli_w.dumps(config.model_dump(mode="json", exclude_defaults=True, exclude_none=True)))
+    print(f"{file.name}: {config.provenance['threshold']}")
 
 
 if __name__ == "__main__":

@@ -93,9 +93,7 @@ def test_rate_of_false_alarms_is_stated_or_not_known() -> None:
     """A slider that promised a rate nobody measured would mislead."""
     assert "not calibrated" in calibration(CONFIG, 1.0)
     known = CONFIG.model_copy(update={"provenance": {"false_alarms_per_hour": 0.125, "threshold": "supported"}})
-    assert calibration(known, 1.0) == (
-        "Calibrated for 0.125 false alarms per hour, all windows of the detector together. Of one window: supported."
-    )
+    assert calibration(known, 1.0) == "Calibrated for 0.125 false alarms per hour: supported."
     assert "fewer than 0.125" in calibration(known, 1.5)
     assert "more than 0.125" in calibration(known, 0.5)
 

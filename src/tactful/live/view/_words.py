@@ -119,8 +119,7 @@ def calibration(config: MonitorConfig, factor: float) -> str:
     per_hour = f"{rate:.3g} false alarms per hour"
     if math.isclose(factor, 1.0):
         statement = str(config.provenance.get("threshold", "")).strip()
-        alone = f", all windows of the detector together. Of one window: {statement}" if statement else ""
-        return f"Calibrated for {per_hour}{alone}."
+        return f"Calibrated for {per_hour}{': ' + statement if statement else ''}."
     if factor > 1:
         return f"Above the calibrated thresholds: fewer than {per_hour}."
     return f"Below the calibrated thresholds: more than {per_hour}."
