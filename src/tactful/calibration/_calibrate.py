@@ -121,11 +121,11 @@ def calibrate(
     columns = columns_of(stretches, robot, observer)
     found = fit(columns, bare, known)
     check_contact(columns, found, stretches)
+    check_explained(found, stretches, bare, name)
 
     held_out = _held_out(stretches, columns, found, observer)
     before = _rms([HeldOut(stretch, 0, len(stretch), robot, observer) for stretch in stretches])
     after = _rms(held_out)
-    check_explained(after, stretches, bare, name)
 
     noise = noise_of([FreeTorque.of(part, config.fast, rate_hz) for part in held_out], config.fast, rate_hz)
     update = {

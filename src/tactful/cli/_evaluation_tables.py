@@ -187,7 +187,7 @@ def print_injection(figures: "Figures", passes: int, by_chance: int, console: Co
 def _table(*headings: str, left: int) -> Table:
     table = Table(box=None, pad_edge=False, header_style="dim")
     for number, heading in enumerate(headings):
-        table.add_column(Text(heading), justify="left" if number < left else "right")
+        table.add_column(Text(heading), justify="left" if number < left else "right", overflow="fold")
     return table
 
 
