@@ -1,7 +1,7 @@
 """Calibrate the monitors of the simulated arms that come with Tactful: that of the source `sim`, and that of the demo.
 
-`python -m benchmarks.sim_config` writes src/tactful/live/sources/sim.toml, whose page states a rate of false alarms, and
-src/tactful/simulation/presets/clean-monitor.toml, from two minutes of robot time and from one.
+Writes live/sources/sim.toml and simulation/presets/clean-monitor.toml: `python -m benchmarks.sim_config`, three minutes
+of robot time.
 """
 
 from importlib import resources
