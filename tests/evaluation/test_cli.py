@@ -55,6 +55,16 @@ def test_folder_with_labels(folder: Path, tmp_path: Path, capsys: pytest.Capture
     assert list(report["groups"]) == ["collision", "cooperation"]
 
 
+def test_the_detector_is_named_as_for_monitor(folder: Path, tmp_path: Path) -> None:
+    """Both detectors are compared on one set by one word."""
+    target = tmp_path / "out.json"
+    words = ["evaluate", str(folder / "hit.csv"), "--robot", "panda", "--mode", "paper", "--json", str(target)]
+    assert main(words) == 0
+    report = json.loads(target.read_text())
+    assert report["config"]["mode"] == "paper"
+    assert report["figures"]["contacts"]["recall"]["value"] == 1
+
+
 def test_injection_is_repeatable(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The tables of the documentation are made by this command: the same seed gives the same file."""
     targets = [tmp_path / name for name in ("a.json", "b.json", "c.json")]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from tactful.cli._settings import load_settings
 from tactful.errors import TactfulError
 
 if TYPE_CHECKING:
@@ -23,11 +24,7 @@ def settings_of(config: Path | None, robot: str | None, tip: str | None) -> "Mon
     Raises:
         TactfulError: if no arm is named.
     """
-    from tactful.monitor import MonitorConfig
-
-    settings = MonitorConfig() if config is None else MonitorConfig.load(config)
-    named = {key: value for key, value in (("model", robot), ("tip", tip)) if value is not None}
-    settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
+    settings = load_settings(config, robot=robot, tip=tip)
     if settings.robot.model is None:
         raise TactfulError("which arm was recorded? Name it: --robot, one of `tactful robots`, or an MJCF or URDF file")
     return settings

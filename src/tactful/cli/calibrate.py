@@ -7,6 +7,8 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
+from tactful.cli._settings import load_settings
+
 if TYPE_CHECKING:
     from tactful.calibration import Calibration, Fit
     from tactful.monitor import MonitorConfig
@@ -47,12 +49,9 @@ def calibrate(
     """
     from tactful.calibration import calibrate as find
     from tactful.errors import TactfulError
-    from tactful.monitor import MonitorConfig
     from tactful.recordings import Recording
 
-    settings = MonitorConfig() if config is None else MonitorConfig.load(config)
-    named = {key: value for key, value in (("model", robot), ("tip", tip)) if value is not None}
-    settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
+    settings = load_settings(config, robot=robot, tip=tip)
     if not output.parent.is_dir():
         raise TactfulError(f"{output}: there is no folder {output.parent}")
     with Console(stderr=True).status("calibrating; the first time kernels are compiled, which takes about a minute"):

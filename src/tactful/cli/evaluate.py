@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from tactful.cli import _evaluation_tables as tables
+from tactful.cli._settings import Mode, load_settings
 from tactful.errors import TactfulError
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def evaluate(
     tip: str | None = None,
     config: Path | None = None,
     mapping: Path | None = None,
+    mode: Mode | None = None,
     inject: int = 0,
     seed: int = 0,
     json: Path | None = None,
@@ -46,6 +48,7 @@ def evaluate(
         tip: The frame at which the force is estimated: a site or link of the robot.
         config: Settings, a TOML file.
         mapping: What the columns of the recordings mean, a TOML file.
+        mode: The detector, `fast` or `paper`, see `tactful monitor`.
         inject: Evaluate on so many impacts and pushes, injected into each recording; it has to be free of contact.
         seed: What the injected contacts are drawn from.
         json: Write all figures, and every contact, to this file.
@@ -54,14 +57,11 @@ def evaluate(
         0, or 1 if samples had to be skipped.
     """
     from tactful.evaluation import Figures, by_operator, find_recordings, grouped, match_events
-    from tactful.monitor import MonitorConfig
 
     if inject < 0 or seed < 0:
         raise TactfulError(f"--inject is {inject} and --seed is {seed}: both are whole numbers from 0 on")
     files = [file for file in find_recordings(path) if json is None or file.resolve() != json.resolve()]
-    settings = MonitorConfig() if config is None else MonitorConfig.load(config)
-    named = {key: value for key, value in (("model", robot), ("tip", tip)) if value is not None}
-    settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
+    settings = load_settings(config, robot=robot, tip=tip, mode=mode)
     arm = settings.robot.load()
     progress = Console(stderr=True)
     runs: list[tables.Run] = []

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
+from tactful.cli._settings import Mode, load_settings
 from tactful.cli.monitor import KIND_STYLES
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ def live(
     robot: str | None = None,
     tip: str | None = None,
     config: Path | None = None,
+    mode: Mode | None = None,
     react: str | None = None,
     record: Path | None = None,
     duration: float | None = None,
@@ -47,6 +49,7 @@ def live(
         robot: The arm: a name from `tactful robots`, or an MJCF or URDF file.
         tip: The frame at which the force is estimated: a site or link of the robot.
         config: Settings of the monitor, a TOML file.
+        mode: The detector, `fast` or `paper`, see `tactful monitor`.
         react: What to do about contacts: stop, retract, comply, teach, continue, or a TOML file with rules. The arm
             (franka://) is then commanded from here, and holds where it is; without it, it is only listened to.
         record: Record samples, settings and events (.parquet). After a crash it opens all the same.
@@ -63,14 +66,11 @@ def live(
     """
     from tactful.errors import TactfulError
     from tactful.live import open_source
-    from tactful.monitor import MonitorConfig
     from tactful.reaction import load_policy
 
     if duration is not None and not 0 < duration < float("inf"):
         raise TactfulError(f"--duration is {duration:g}: give a time above 0 [s]")
-    settings = MonitorConfig() if config is None else MonitorConfig.load(config)
-    named = {key: value for key, value in (("model", robot), ("tip", tip)) if value is not None}
-    settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
+    settings = load_settings(config, robot=robot, tip=tip, mode=mode)
     policy = None if react is None else load_policy(react)
     origin = open_source(source, settings, react=policy is not None, speed=speed, mapping=mapping)
     console = Console(stderr=True, highlight=False)

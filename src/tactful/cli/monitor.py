@@ -4,13 +4,15 @@ import json
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from rich.console import Console
 from rich.padding import Padding
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.text import Text
+
+from tactful.cli._settings import Mode, load_settings
 
 if TYPE_CHECKING:
     from tactful.monitor import ContactEvent, Monitor, MonitorConfig, Timeline
@@ -33,7 +35,7 @@ def monitor(
     tip: str | None = None,
     config: Path | None = None,
     mapping: Path | None = None,
-    mode: Literal["fast", "paper"] | None = None,
+    mode: Mode | None = None,
     plan: Path | None = None,
     causes: Path | None = None,
     json: bool = False,
@@ -59,13 +61,7 @@ def monitor(
     Returns:
         0, or 1 if samples had to be skipped.
     """
-    from tactful.monitor import MonitorConfig
-
-    settings = MonitorConfig() if config is None else MonitorConfig.load(config)
-    named = {key: value for key, value in (("model", robot), ("tip", tip)) if value is not None}
-    settings = settings.model_copy(update={"robot": settings.robot.model_copy(update=named)})
-    if mode is not None:
-        settings = settings.model_copy(update={"mode": mode})
+    settings = load_settings(config, robot=robot, tip=tip, mode=mode)
     degraded = False
     for path in file:
         timeline = _monitor(path, mapping, settings, plan, causes, trace=plot is not None)
