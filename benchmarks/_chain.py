@@ -70,7 +70,7 @@ def measure_chain(robot: Robot, rounds: int) -> dict[str, Any]:
             f"ratio_{name}_estimate_stream": us[f"{name}_estimate"] / us["stream"] if there else None,
         }
     place, momentum, observer, jacobian, wrench, dft = (us[name] for name in pieces)
-    named = {"place": place, "momentum_terms": momentum, "observer": observer - momentum}
+    named = {"place": place, "momentum_terms": momentum, "observer": observer - place - momentum}
     named |= {"jacobian": jacobian, "wrench": wrench, "sliding_dft": dft}
     return result | {"parts_us": named | {"rest": us["batch"] - sum(named.values())}}
 

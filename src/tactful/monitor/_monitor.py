@@ -253,8 +253,11 @@ class Monitor:
         except (TypeError, ValueError):
             raise self._misfit(q=q, dq=dq, tau=tau, tau_ext=tau_ext, wrench=wrench) from None
         code = self._step()
-        quiet = code == NOTHING or code == _kernel.SKIPPED
-        event = self._contacts.next() if quiet else self._contacts.react(code)
+        contacts = self._contacts
+        if code == NOTHING or code == _kernel.SKIPPED:
+            event = contacts.waiting.popleft() if contacts.waiting else None
+        else:
+            event = contacts.react(code)
         if self._planned is None:
             return event
         news = self._planned.take(self._memory)
